@@ -1,0 +1,82 @@
+//! What the command line asks for.
+
+pub const USAGE: &str = "\
+usage: picture INPUT.vtu OUTPUT.png [options]
+
+  --field NAME              colour by this field (damage); NAME is the magnitude of a vector,
+                            NAME.x, NAME.y, NAME.z or NAME.0, NAME.1, ... one component
+  --range LO HI             values at the ends of the colours (least and greatest value drawn)
+  --width PIXELS            width of the picture, 320 to 4096 (1600)
+  --scale-displacement S    show the field 'displacement' S times as large
+  --slice Z                 only the layer of points nearest to this height";
+
+pub struct Options {
+    pub input: String,
+    pub output: String,
+    pub field: String,
+    pub range: Option<(f64, f64)>,
+    pub width: usize,
+    pub displacement_scale: Option<f64>,
+    pub slice: Option<f64>,
+}
+
+pub enum Request {
+    Help,
+    Draw(Options),
+}
+
+impl Request {
+    pub fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Self, String> {
+        let mut options = Options {
+            input: String::new(),
+            output: String::new(),
+            field: "damage".into(),
+            range: None,
+            width: 1600,
+            displacement_scale: None,
+            slice: None,
+        };
+        let mut files = Vec::new();
+        while let Some(argument) = arguments.next() {
+            let option = argument.as_str();
+            let mut value =
+                || arguments.next().ok_or(format!("{option} needs a value; see --help"));
+            match option {
+                "--help" | "-h" => return Ok(Self::Help),
+                "--field" => options.field = value()?,
+                "--range" => {
+                    let (low, high) = (number(option, &value()?)?, number(option, &value()?)?);
+                    if low >= high {
+                        return Err(format!("--range {low} {high}: the first must be less"));
+                    }
+                    options.range = Some((low, high));
+                }
+                "--width" => {
+                    let given = value()?;
+                    options.width = given
+                        .parse()
+                        .ok()
+                        .filter(|width| (320..=4096).contains(width))
+                        .ok_or(format!("--width {given}: must be a number from 320 to 4096"))?;
+                }
+                "--scale-displacement" => {
+                    options.displacement_scale = Some(number(option, &value()?)?);
+                }
+                "--slice" => options.slice = Some(number(option, &value()?)?),
+                _ if option.starts_with("--") => {
+                    return Err(format!("unknown option {option}; see --help"));
+                }
+                _ => files.push(argument),
+            }
+        }
+        [options.input, options.output] = <[String; 2]>::try_from(files).map_err(|files| {
+            format!("needs INPUT.vtu and OUTPUT.png, not {} file names; see --help", files.len())
+        })?;
+        Ok(Self::Draw(options))
+    }
+}
+
+fn number(option: &str, text: &str) -> Result<f64, String> {
+    let value = text.parse().ok().filter(|value: &f64| value.is_finite());
+    value.ok_or(format!("{option} {text}: must be a finite number"))
+}

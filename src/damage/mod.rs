@@ -1,0 +1,123 @@
+//! Damage: the integrity of bonds, what breaks them, and what of a point's family is lost.
+
+mod critical_stretch;
+
+use crate::error::Result;
+use crate::families::{Families, LANES, Place};
+use crate::memory;
+use crate::workers::{PerPoint, Workers};
+pub(crate) use critical_stretch::{BreakRule, Interface};
+
+const PURPOSE: &str = "bond state";
+
+/// The integrity of every bond: 1 intact, 0 broken, between for bonds that the host has weakened.
+///
+/// A bond keeps its place; a broken one is masked. Both its ends hold the same integrity.
+#[derive(Debug)]
+pub(crate) struct BondState {
+    /// One bit a lane: the bond exists and is not broken.
+    pub(crate) intact: Vec<u8>,
+    /// Integrity of each lane, where the host has set any.
+    pub(crate) integrity: Option<Vec<f64>>,
+}
+
+impl BondState {
+    /// All bonds intact.
+    pub(crate) fn new(families: &Families) -> Result<Self> {
+        let mut intact = memory::filled(0_u8, families.block_count(), PURPOSE)?;
+        for point in 0..families.offsets.len() - 1 {
+            for bond in families.bonds(point) {
+                intact[bond.slot / LANES] |= 1 << (bond.slot % LANES);
+            }
+        }
+        Ok(Self { intact, integrity: None })
+    }
+
+    pub(crate) fn is_intact(&self, slot: usize) -> bool {
+        self.intact[slot / LANES] >> (slot % LANES) & 1 == 1
+    }
+
+    pub(crate) fn break_bond(&mut self, slot: usize) {
+        self.intact[slot / LANES] &= !(1 << (slot % LANES));
+    }
+
+    /// Integrity of a bond, 0 where it is broken.
+    pub(crate) fn integrity(&self, slot: usize) -> f64 {
+        if !self.is_intact(slot) {
+            return 0.0;
+        }
+        self.integrity.as_ref().map_or(1.0, |values| values[slot])
+    }
+
+    /// Makes room for integrities between 0 and 1.
+    pub(crate) fn grade(&mut self) -> Result<()> {
+        if self.integrity.is_none() {
+            let lanes = self.intact.len() * LANES;
+            self.integrity = Some(memory::filled(1.0, lanes, PURPOSE)?);
+        }
+        Ok(())
+    }
+
+    /// Sets a bond's integrity. Needs [`BondState::grade`] for values between 0 and 1.
+    pub(crate) fn weaken(&mut self, slot: usize, value: f64) {
+        if value == 0.0 {
+            self.break_bond(slot);
+        } else {
+            self.intact[slot / LANES] |= 1 << (slot % LANES);
+            if let Some(values) = &mut self.integrity {
+                values[slot] = value;
+            }
+        }
+    }
+
+    /// The state as it is, to read from.
+    pub(crate) fn view(&self) -> BondsView<'_> {
+        BondsView { intact: &self.intact, integrity: self.integrity.as_deref() }
+    }
+
+    /// Number of bonds that are not broken, each counted from both ends.
+    pub(crate) fn intact_ends(&self) -> u64 {
+        self.intact.iter().map(|mask| u64::from(mask.count_ones())).sum()
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        memory::bytes(&self.intact) + self.integrity.as_ref().map_or(0, memory::bytes)
+    }
+}
+
+/// Integrity of all bonds, to read from.
+#[derive(Clone, Copy)]
+pub(crate) struct BondsView<'a> {
+    pub(crate) intact: &'a [u8],
+    pub(crate) integrity: Option<&'a [f64]>,
+}
+
+/// What a sweep needs to break bonds: the rule, and where it writes what it found.
+pub(crate) struct Breaking<'a> {
+    pub(crate) rule: &'a BreakRule,
+    /// Mask after the sweep, per block of bonds.
+    pub(crate) intact: &'a mut [u8],
+    /// Energy per volume that each point has lost by breaking bonds so far; added to.
+    pub(crate) dissipated: &'a mut [f64],
+}
+
+/// D_i = 1 - sum d_ij V_j / sum V_j over each point's own family; 0 for a point without one.
+pub(crate) fn point_damage(
+    workers: &Workers,
+    families: &Families,
+    places: &[Place],
+    bonds: &BondState,
+    damage: &mut [f64],
+) {
+    workers.sweep(places.len(), PerPoint(damage, 1), |range, damage| {
+        for (value, point) in damage.0.iter_mut().zip(range) {
+            let (mut held, mut whole) = (0.0, 0.0);
+            for bond in families.bonds(point).filter(|bond| families.owns(point, bond.length)) {
+                let volume = places[bond.neighbor][3];
+                whole += volume;
+                held += bonds.integrity(bond.slot) * volume;
+            }
+            *value = if whole > 0.0 { 1.0 - held / whole } else { 0.0 };
+        }
+    });
+}

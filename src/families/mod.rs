@@ -1,0 +1,120 @@
+//! Families: which points pull on which, in blocks of eight bonds.
+//!
+//! Needs places and horizons. Gives, for each point, the points within its own horizon or within
+//! whose horizon it lies: each bond stands in the list of both its ends.
+
+pub(crate) mod crack;
+mod search;
+
+use std::ops::Range;
+
+use crate::memory;
+pub(crate) use search::find;
+
+/// Bonds that stand, are masked and are computed together.
+pub(crate) const LANES: usize = 8;
+
+/// Where a point is, relative to the body's centre, and its volume: x, y, z, V.
+pub(crate) type Place = [f64; 4];
+
+/// A per-point constant, stored once where all points share it.
+#[derive(Debug)]
+pub(crate) enum Property {
+    Uniform(f64),
+    PerPoint(Vec<f64>),
+}
+
+impl Property {
+    #[inline(always)]
+    pub(crate) fn at(&self, point: usize) -> f64 {
+        match self {
+            Self::Uniform(value) => *value,
+            Self::PerPoint(values) => values[point],
+        }
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        match self {
+            Self::Uniform(_) => 0,
+            Self::PerPoint(values) => memory::bytes(values),
+        }
+    }
+}
+
+/// All bonds of a body, each in the lists of both its ends.
+///
+/// The bonds of a point fill whole blocks of [`LANES`]; lanes without a bond name the point itself
+/// as their neighbour and have length 1, so that they can be computed along and masked.
+#[derive(Debug)]
+pub(crate) struct Families {
+    /// First block of each point, and the end.
+    pub(crate) offsets: Vec<u64>,
+    /// Inner place of the other end of each bond.
+    pub(crate) neighbors: Vec<u32>,
+    /// Length of each bond in the reference configuration.
+    pub(crate) lengths: Vec<f64>,
+    /// Length up to which a neighbour belongs to a point's own family.
+    pub(crate) radii: Property,
+}
+
+/// One bond as seen from one of its ends.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bond {
+    /// Where it stands among all lanes.
+    pub(crate) slot: usize,
+    pub(crate) neighbor: usize,
+    pub(crate) length: f64,
+}
+
+impl Families {
+    /// The blocks of a point.
+    #[inline(always)]
+    pub(crate) fn blocks(&self, point: usize) -> Range<usize> {
+        self.offsets[point] as usize..self.offsets[point + 1] as usize
+    }
+
+    /// The bonds of a point, broken or not.
+    pub(crate) fn bonds(&self, point: usize) -> impl Iterator<Item = Bond> + '_ {
+        let blocks = self.blocks(point);
+        (blocks.start * LANES..blocks.end * LANES).filter_map(move |slot| {
+            let neighbor = self.neighbors[slot] as usize;
+            (neighbor != point).then(|| Bond { slot, neighbor, length: self.lengths[slot] })
+        })
+    }
+
+    /// Whether the bond's other end lies within the point's own horizon.
+    #[inline(always)]
+    pub(crate) fn owns(&self, point: usize, length: f64) -> bool {
+        length <= self.radii.at(point)
+    }
+
+    /// Blocks of all points.
+    pub(crate) fn block_count(&self) -> usize {
+        self.neighbors.len() / LANES
+    }
+
+    /// Where the bond from `point` to `neighbor` stands, if there is one.
+    pub(crate) fn slot(&self, point: usize, neighbor: usize) -> Option<usize> {
+        let blocks = self.blocks(point);
+        let slots = blocks.start * LANES..blocks.end * LANES;
+        if point == neighbor {
+            return None;
+        }
+        let place = self.neighbors[slots.clone()].iter().position(|&j| j as usize == neighbor)?;
+        Some(slots.start + place)
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        memory::bytes(&self.offsets)
+            + memory::bytes(&self.neighbors)
+            + memory::bytes(&self.lengths)
+            + self.radii.bytes()
+    }
+}
+
+/// The square of the reference length of a bond; the same bits from both ends.
+#[inline(always)]
+pub(crate) fn squared_length(from: &Place, to: &Place) -> f64 {
+    let (x, y, z) = (to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+    x * x + y * y + z * z
+}

@@ -1,0 +1,334 @@
+//! Neighbour search by a cell list.
+//!
+//! Cells have half the largest horizon as edge; points are counted into them, in O(N). The
+//! cells of a row follow each other, so a point looks at 5 x 5 runs of cells (in 2D at 5). Where the
+//! body leaves most of its bounding box empty, a sorted list of the occupied cells is looked up instead.
+
+use std::ops::Range;
+
+use super::{Families, LANES, Place, Property, squared_length};
+use crate::error::{Result, argument};
+use crate::memory;
+use crate::workers::{PerPoint, Ragged, Workers};
+
+/// Cells that a horizon reaches over.
+const REACH: i64 = 2;
+
+/// Bits of a cell's number along one axis.
+const AXIS_BITS: u32 = 21;
+
+/// A table over all cells is kept where the body fills its bounding box at least this well.
+const TABLE_CELLS_PER_POINT: f64 = 16.0;
+
+const PURPOSE: &str = "bonds";
+
+/// The families of all points for their horizons.
+pub(crate) fn find(
+    workers: &Workers,
+    dimension: usize,
+    places: &[Place],
+    horizons: &Property,
+) -> Result<Families> {
+    let radii = radii(places, horizons)?;
+    let cells = Cells::new(dimension, places, &radii)?;
+    let count = places.len();
+    let mut sizes = memory::filled(0_u32, count, PURPOSE)?;
+    workers.sweep(count, PerPoint(&mut sizes, 1), |range, sizes| {
+        for (size, point) in sizes.0.iter_mut().zip(range) {
+            cells.visit(places, &radii, point, |_, _| *size += 1);
+        }
+    });
+    let mut offsets = memory::reserved(count + 1, PURPOSE)?;
+    let mut blocks = 0_u64;
+    offsets.push(blocks);
+    for &size in &sizes {
+        blocks += (size as usize).div_ceil(LANES) as u64;
+        offsets.push(blocks);
+    }
+    let lanes = usize::try_from(blocks).ok().and_then(|blocks| blocks.checked_mul(LANES));
+    let lanes = lanes.unwrap_or(usize::MAX);
+    let mut neighbors = memory::filled(0_u32, lanes, PURPOSE)?;
+    let mut lengths = memory::filled(1.0_f64, lanes, PURPOSE)?;
+    let outputs = (
+        Ragged { values: &mut neighbors, offsets: &offsets, width: LANES },
+        Ragged { values: &mut lengths, offsets: &offsets, width: LANES },
+    );
+    workers.sweep(count, outputs, |range, (neighbors, lengths)| {
+        let start = offsets[range.start] as usize * LANES;
+        for point in range {
+            let mut slot = offsets[point] as usize * LANES - start;
+            cells.visit(places, &radii, point, |neighbor, length| {
+                neighbors.values[slot] = neighbor;
+                lengths.values[slot] = length;
+                slot += 1;
+            });
+            let end = offsets[point + 1] as usize * LANES - start;
+            neighbors.values[slot..end].fill(point as u32);
+        }
+    });
+    if count > 1 && lanes == 0 {
+        return argument(no_neighbors(places, horizons));
+    }
+    Ok(Families { offsets, neighbors, lengths, radii })
+}
+
+/// Horizons with the tolerance that lets `horizon = k * spacing` reach the k-th shell.
+fn radii(places: &[Place], horizons: &Property) -> Result<Property> {
+    let farthest = places
+        .iter()
+        .flat_map(|place| &place[..3])
+        .fold(0.0_f64, |farthest, x| farthest.max(x.abs()));
+    let radius =
+        |horizon: f64| horizon * (1.0 + (8.0 * f64::EPSILON * farthest / horizon).max(1e-10));
+    Ok(match horizons {
+        Property::Uniform(horizon) => Property::Uniform(radius(*horizon)),
+        Property::PerPoint(values) => Property::PerPoint(memory::collected(
+            values.iter().map(|&horizon| radius(horizon)),
+            "horizons",
+        )?),
+    })
+}
+
+fn no_neighbors(places: &[Place], horizons: &Property) -> String {
+    let nearest = places[1..]
+        .iter()
+        .map(|place| squared_length(&places[0], place))
+        .fold(f64::INFINITY, f64::min)
+        .sqrt();
+    format!(
+        "'horizon' {} reaches no neighbour of any point (one of the points has its nearest at \
+         {nearest}); it must exceed the spacing, 3.015 spacings are usual",
+        horizons.at(0)
+    )
+}
+
+/// Points sorted into cells.
+struct Cells {
+    lower: [f64; 3],
+    edge: f64,
+    counts: [i64; 3],
+    /// Points, cell after cell.
+    members: Vec<Member>,
+    lookup: Lookup,
+}
+
+#[derive(Clone, Copy)]
+struct Member {
+    place: [f64; 3],
+    point: u32,
+}
+
+/// How the members of a cell are found.
+enum Lookup {
+    /// First member of each cell of the bounding box, and the end.
+    Table(Vec<u32>),
+    /// Keys of the cells that have members, and the first member of each, and the end.
+    Occupied(Vec<u64>, Vec<u32>),
+}
+
+impl Cells {
+    fn new(dimension: usize, places: &[Place], radii: &Property) -> Result<Self> {
+        let largest = match radii {
+            Property::Uniform(radius) => *radius,
+            Property::PerPoint(values) => values.iter().copied().fold(0.0, f64::max),
+        };
+        let (mut lower, mut upper) = ([0.0_f64; 3], [0.0_f64; 3]);
+        for place in places {
+            for axis in 0..dimension {
+                lower[axis] = lower[axis].min(place[axis]);
+                upper[axis] = upper[axis].max(place[axis]);
+            }
+        }
+        let extent = (0..3).map(|axis| upper[axis] - lower[axis]).fold(0.0, f64::max);
+        let most = (1_i64 << AXIS_BITS) as f64 - 1.0;
+        // A hair more than half the radius, so that rounding never hides a neighbour behind two cells.
+        let edge = (largest / REACH as f64 * (1.0 + 1e-9)).max(extent / most);
+        let counts = [0, 1, 2].map(|axis| ((upper[axis] - lower[axis]) / edge) as i64 + 1);
+        let mut cells = Self {
+            lower,
+            edge,
+            counts,
+            members: memory::reserved(places.len(), PURPOSE)?,
+            lookup: Lookup::Table(Vec::new()),
+        };
+        let total: f64 = counts.iter().map(|&count| count as f64).product();
+        if total <= TABLE_CELLS_PER_POINT * places.len() as f64 {
+            cells.fill_table(places, total as usize)?;
+        } else {
+            cells.fill_occupied(places)?;
+        }
+        Ok(cells)
+    }
+
+    fn cell(&self, place: &[f64]) -> [i64; 3] {
+        [0, 1, 2].map(|axis| ((place[axis] - self.lower[axis]) / self.edge) as i64)
+    }
+
+    /// Number of a cell in the table over all of them, x fastest.
+    fn number(&self, cell: [i64; 3]) -> usize {
+        ((cell[2] * self.counts[1] + cell[1]) * self.counts[0] + cell[0]) as usize
+    }
+
+    fn fill_table(&mut self, places: &[Place], total: usize) -> Result<()> {
+        let mut first = memory::filled(0_u32, total + 1, PURPOSE)?;
+        for place in places {
+            first[self.number(self.cell(place)) + 1] += 1;
+        }
+        for number in 0..total {
+            first[number + 1] += first[number];
+        }
+        self.members = memory::filled(Member { place: [0.0; 3], point: 0 }, places.len(), PURPOSE)?;
+        for (point, place) in places.iter().enumerate() {
+            let number = self.number(self.cell(place));
+            self.members[first[number] as usize] = Member::new(place, point);
+            first[number] += 1;
+        }
+        // Each entry has moved on to where its cell ends, which is where the next one begins.
+        first.rotate_right(1);
+        first[0] = 0;
+        self.lookup = Lookup::Table(first);
+        Ok(())
+    }
+
+    fn fill_occupied(&mut self, places: &[Place]) -> Result<()> {
+        let keys = places.iter().map(|place| key(self.cell(place)));
+        let mut keyed =
+            memory::collected(keys.enumerate().map(|(point, key)| (key, point as u32)), PURPOSE)?;
+        keyed.sort_unstable();
+        let (mut occupied, mut first) = (Vec::new(), Vec::new());
+        for (place, &(key, point)) in keyed.iter().enumerate() {
+            if occupied.last() != Some(&key) {
+                memory::push(&mut occupied, key, PURPOSE)?;
+                memory::push(&mut first, place as u32, PURPOSE)?;
+            }
+            self.members.push(Member::new(&places[point as usize], point as usize));
+        }
+        memory::push(&mut first, places.len() as u32, PURPOSE)?;
+        self.lookup = Lookup::Occupied(occupied, first);
+        Ok(())
+    }
+
+    /// Calls `found` with each neighbour of a point and its distance: within either's radius.
+    #[inline(always)]
+    fn visit(
+        &self,
+        places: &[Place],
+        radii: &Property,
+        point: usize,
+        mut found: impl FnMut(u32, f64),
+    ) {
+        let place = &places[point];
+        let own_radius = radii.at(point);
+        let cell = self.cell(place);
+        let near = |axis: usize| {
+            (cell[axis] - REACH).max(0)..(cell[axis] + REACH + 1).min(self.counts[axis])
+        };
+        for z in near(2) {
+            for y in near(1) {
+                for member in &self.members[self.run(near(0), y, z)] {
+                    let [x1, y1, z1] = member.place;
+                    let squared = squared_length(place, &[x1, y1, z1, 0.0]);
+                    let radius = match radii {
+                        Property::Uniform(radius) => *radius,
+                        Property::PerPoint(values) => own_radius.max(values[member.point as usize]),
+                    };
+                    // The square root decides; the squares, with room for rounding, sort out most.
+                    if squared <= radius * radius * (1.0 + 1e-14) && member.point as usize != point
+                    {
+                        let length = squared.sqrt();
+                        if length <= radius {
+                            found(member.point, length);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// The members of consecutive cells of a row.
+    #[inline(always)]
+    fn run(&self, x: Range<i64>, y: i64, z: i64) -> Range<usize> {
+        match &self.lookup {
+            Lookup::Table(first) => {
+                let row = self.number([x.start, y, z]);
+                first[row] as usize..first[row + (x.end - x.start) as usize] as usize
+            }
+            Lookup::Occupied(keys, first) => {
+                let start = keys.partition_point(|&known| known < key([x.start, y, z]));
+                let end =
+                    start + keys[start..].partition_point(|&known| known < key([x.end, y, z]));
+                first[start] as usize..first[end] as usize
+            }
+        }
+    }
+}
+
+impl Member {
+    fn new(place: &Place, point: usize) -> Self {
+        Self { place: [place[0], place[1], place[2]], point: point as u32 }
+    }
+}
+
+/// A cell's number along each axis in one word, x fastest.
+fn key(cell: [i64; 3]) -> u64 {
+    (((cell[2] as u64) << AXIS_BITS | cell[1] as u64) << AXIS_BITS) + cell[0] as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cloud(count: usize, spread: f64) -> Vec<Place> {
+        let spot = |k: f64, step: f64| ((k * step).fract() - 0.5) * spread;
+        (0..count)
+            .map(|k| k as f64)
+            .map(|k| [spot(k, 0.7548776662), spot(k, 0.5698402909), spot(k, 0.4301597090), 1.0])
+            .collect()
+    }
+
+    fn sorted(families: &Families, point: usize) -> Vec<usize> {
+        let mut neighbors: Vec<_> = families.bonds(point).map(|bond| bond.neighbor).collect();
+        neighbors.sort_unstable();
+        neighbors
+    }
+
+    fn check_against_all_pairs(places: &[Place], horizons: &Property) {
+        let families = find(&Workers::new(2).unwrap(), 3, places, horizons).unwrap();
+        for i in 0..places.len() {
+            let expected: Vec<_> = (0..places.len())
+                .filter(|&j| {
+                    let reach = families.radii.at(i).max(families.radii.at(j));
+                    i != j && squared_length(&places[i], &places[j]).sqrt() <= reach
+                })
+                .collect();
+            assert_eq!(sorted(&families, i), expected, "point {i}");
+        }
+    }
+
+    #[test]
+    fn every_pair_within_the_horizon_is_found_and_no_other() {
+        check_against_all_pairs(&cloud(700, 1.0), &Property::Uniform(0.21));
+        check_against_all_pairs(&cloud(100, 1.0), &Property::Uniform(5.0));
+    }
+
+    #[test]
+    fn a_sparse_body_is_searched_without_a_table() {
+        let mut places = cloud(300, 1.0);
+        places[299] = [1e6, -1e6, 3e5, 1.0];
+        places[298] = [1e6, -1e6, 3e5 + 0.1, 1.0];
+        check_against_all_pairs(&places, &Property::Uniform(0.3));
+    }
+
+    #[test]
+    fn unequal_horizons_give_each_bond_to_both_ends() {
+        let horizons = (0..400).map(|k| 0.1 + 0.03 * (k % 7) as f64).collect();
+        check_against_all_pairs(&cloud(400, 1.0), &Property::PerPoint(horizons));
+    }
+
+    #[test]
+    fn a_horizon_of_whole_spacings_reaches_its_shell() {
+        let row: Vec<Place> = (0..10).map(|k| [0.1 * k as f64, 0.0, 0.0, 1.0]).collect();
+        let families = find(&Workers::new(1).unwrap(), 3, &row, &Property::Uniform(0.3)).unwrap();
+        assert_eq!(families.bonds(5).count(), 6);
+    }
+}

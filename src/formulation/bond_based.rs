@@ -1,0 +1,215 @@
+//! Bond-based peridynamics: every bond a spring of its own. [P 3.8-3.11]
+//!
+//! t_ij = 1/2 c d s m, W_i = 1/4 sum c d s^2 L V_j, with the bond constant c of the bulk modulus in 3D
+//! and of Young's modulus in 2D. Poisson's ratio is 1/4 in 3D and plane strain, 1/3 in plane stress.
+
+use std::f64::consts::PI;
+
+use super::{Formulation, FormulationEntry, Materials, Scene};
+use crate::damage::Breaking;
+use crate::error::{Error, Result};
+use crate::families::Property;
+use crate::kernel::bond_based::{Alike, BondLaw, Cloud, Various};
+use crate::model::{Elastic, Model, Plane};
+use crate::workers::{PerPoint, Ragged};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+pub(super) const ENTRY: FormulationEntry = FormulationEntry {
+    name: "bond_based",
+    description: "bond-based (PMB): each bond a spring; Poisson's ratio 1/4, in plane stress 1/3",
+    refused_keys: &["influence"],
+    check: |model, dimension| elastic(model, dimension).map(|_| ()),
+    critical_stretch,
+    prepare,
+};
+
+struct BondBased {
+    bond_constants: Property,
+}
+
+fn elastic(model: &Model, dimension: usize) -> Result<Elastic> {
+    let (ratio, reason) = match (dimension, model.plane()) {
+        (3, _) => (0.25, "bond_based has 1/4 in 3D"),
+        (_, Plane::Strain) => (0.25, "bond_based has 1/4 in plane strain"),
+        (_, Plane::Stress) => (1.0 / 3.0, "bond_based has 1/3 in plane stress"),
+    };
+    Elastic::with_fixed_ratio(&model.elastic_constants(), ratio, reason)
+}
+
+/// c [P 3.9]: force per volume squared at stretch 1.
+fn bond_constant(model: &Model, dimension: usize, horizon: f64) -> Result<f64> {
+    let elastic = elastic(model, dimension)?;
+    let thickness = model.number("thickness").unwrap_or(1.0);
+    let constant = match (dimension, model.plane()) {
+        (3, _) => 18.0 * elastic.bulk_modulus / (PI * horizon.powi(4)),
+        (_, Plane::Stress) => 9.0 * elastic.youngs_modulus / (PI * thickness * horizon.powi(3)),
+        (_, Plane::Strain) => {
+            48.0 * elastic.youngs_modulus / (5.0 * PI * thickness * horizon.powi(3))
+        }
+    };
+    if constant > 0.0 && constant.is_finite() {
+        return Ok(constant);
+    }
+    Err(Error::Argument(format!(
+        "the elastic constants with 'horizon' {horizon} give the bond constant {constant}, out of \
+         the range of numbers; use other units"
+    )))
+}
+
+/// The stretch at which opening a unit of crack takes the energy `rate`.
+fn critical_stretch(model: &Model, dimension: usize, horizon: f64, rate: f64) -> Result<f64> {
+    let elastic = elastic(model, dimension)?;
+    let per_modulus = match (dimension, model.plane()) {
+        (3, _) => 5.0 / (9.0 * elastic.bulk_modulus),
+        (_, Plane::Stress) => 4.0 * PI / (9.0 * elastic.youngs_modulus),
+        (_, Plane::Strain) => 5.0 * PI / (12.0 * elastic.youngs_modulus),
+    };
+    Ok((per_modulus * rate / horizon).sqrt())
+}
+
+fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
+    let bond_constants = materials.property(
+        |model, horizon| bond_constant(model, materials.dimension, horizon),
+        "bond constants",
+    )?;
+    Ok(Box::new(BondBased { bond_constants }))
+}
+
+impl BondBased {
+    fn various<'a>(&'a self, scene: &Scene<'a>, breaking: Option<&Breaking<'a>>) -> Various<'a> {
+        Various {
+            bond_constants: &self.bond_constants,
+            families: scene.families,
+            integrity: scene.bonds.integrity,
+            rule: breaking.map(|breaking| breaking.rule),
+        }
+    }
+
+    /// The law of a scene in which all bonds are alike, if it is one.
+    fn alike<'a>(&self, scene: &Scene<'_>, breaking: Option<&Breaking<'a>>) -> Option<Alike<'a>> {
+        let (Property::Uniform(bond_constant), Property::Uniform(_), None) =
+            (&self.bond_constants, &scene.families.radii, scene.bonds.integrity)
+        else {
+            return None;
+        };
+        let rule = breaking.map(|breaking| breaking.rule);
+        let critical = rule.map_or(Some(f64::INFINITY), |rule| rule.uniform())?;
+        Some(Alike { bond_constant: *bond_constant, critical, rule })
+    }
+
+    fn sum_over_bonds(
+        &self,
+        scene: &Scene<'_>,
+        sums: &mut [f64],
+        term: impl Fn(usize, crate::families::Bond) -> f64 + Sync,
+    ) {
+        scene.workers.sweep(scene.places.len(), PerPoint(sums, 1), |range, sums| {
+            for (sum, point) in sums.0.iter_mut().zip(range) {
+                *sum = scene.families.bonds(point).map(|bond| term(point, bond)).sum();
+            }
+        });
+    }
+}
+
+impl Formulation for BondBased {
+    fn force(
+        &self,
+        scene: &Scene<'_>,
+        force: &mut [f64],
+        breaking: Option<Breaking<'_>>,
+    ) -> Option<usize> {
+        match (self.alike(scene, breaking.as_ref()), scene.dimension) {
+            (Some(law), 3) => sweep_forces::<3>(scene, law, force, breaking),
+            (Some(law), _) => sweep_forces::<2>(scene, law, force, breaking),
+            (None, dimension) => {
+                let law = self.various(scene, breaking.as_ref());
+                if dimension == 3 {
+                    sweep_forces::<3>(scene, law, force, breaking)
+                } else {
+                    sweep_forces::<2>(scene, law, force, breaking)
+                }
+            }
+        }
+    }
+
+    fn strain_energy_density(&self, scene: &Scene<'_>, density: &mut [f64]) {
+        let law = self.various(scene, None);
+        let cloud = scene.into();
+        let count = scene.places.len();
+        scene.workers.sweep(count, PerPoint(density, 1), |range, density| {
+            let cloud: Cloud<'_> = cloud;
+            match scene.dimension {
+                3 => cloud.energy_density::<3>(law, range, density.0),
+                _ => cloud.energy_density::<2>(law, range, density.0),
+            }
+        });
+    }
+
+    /// The stiffness of a bond never exceeds c d/L, whatever its stretch. By Gershgorin's circles the
+    /// squared frequencies are then at most twice sum c d V_j/(L rho).
+    fn stiffness_bound(&self, scene: &Scene<'_>, bound: &mut [f64]) {
+        let law = self.various(scene, None);
+        self.sum_over_bonds(scene, bound, |point, bond| {
+            if scene.bonds.intact[bond.slot / 8] >> (bond.slot % 8) & 1 == 0 {
+                return 0.0;
+            }
+            let stiffness = law.stiffness(bond.slot, point, bond.neighbor, bond.length);
+            0.5 * stiffness * scene.places[bond.neighbor][3] / bond.length
+        });
+    }
+
+    fn conventional_stiffness(&self, scene: &Scene<'_>, stiffness: &mut [f64]) {
+        let law = Various { integrity: None, ..self.various(scene, None) };
+        self.sum_over_bonds(scene, stiffness, |point, bond| {
+            let constant = law.own_stiffness(bond.slot, point, bond.length);
+            constant * scene.places[bond.neighbor][3] / bond.length
+        });
+    }
+
+    fn bytes(&self) -> usize {
+        self.bond_constants.bytes()
+    }
+}
+
+impl<'a> From<&Scene<'a>> for Cloud<'a> {
+    fn from(scene: &Scene<'a>) -> Self {
+        Self {
+            places: scene.places,
+            families: scene.families,
+            displacement: scene.displacement,
+            bonds: scene.bonds,
+        }
+    }
+}
+
+fn sweep_forces<const D: usize>(
+    scene: &Scene<'_>,
+    law: impl BondLaw + Sync,
+    force: &mut [f64],
+    breaking: Option<Breaking<'_>>,
+) -> Option<usize> {
+    let cloud = Cloud::from(scene);
+    let bad = AtomicUsize::new(usize::MAX);
+    let note = |found: Option<usize>| {
+        if let Some(point) = found {
+            bad.fetch_min(point, Ordering::Relaxed);
+        }
+    };
+    let count = scene.places.len();
+    let forces = PerPoint(force, D);
+    match breaking {
+        None => scene.workers.sweep(count, forces, |range, force| {
+            note(cloud.force::<D>(law, range, force.0, None));
+        }),
+        Some(Breaking { intact, dissipated, .. }) => {
+            let offsets = &scene.families.offsets;
+            let masks = Ragged { values: intact, offsets, width: 1 };
+            let outputs = (forces, masks, PerPoint(dissipated, 1));
+            scene.workers.sweep(count, outputs, |range, (force, masks, dissipated)| {
+                note(cloud.force::<D>(law, range, force.0, Some((masks.values, dissipated.0))));
+            });
+        }
+    }
+    let first = bad.into_inner();
+    (first != usize::MAX).then_some(first)
+}

@@ -1,0 +1,3 @@
+//! The inner loops over bonds, eight at a time.
+
+pub(crate) mod bond_based;

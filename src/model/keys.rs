@@ -1,0 +1,133 @@
+//! Every key that a model knows: its meaning, its limits, its default, and who takes it.
+
+use crate::error::{Error, Result, argument};
+use crate::suggest;
+
+/// What values a key takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// A finite number between these limits, which are themselves excluded.
+    Number {
+        /// Lower limit.
+        above: f64,
+        /// Upper limit.
+        below: f64,
+    },
+    /// One of these words.
+    Choice(&'static [&'static str]),
+}
+
+/// One key of a model.
+#[derive(Debug, Clone, Copy)]
+pub struct Key {
+    /// The name, as `Model::set` and `Model::choose` take it.
+    pub name: &'static str,
+    /// Meaning, unit kind, and the reason for the default.
+    pub description: &'static str,
+    /// The default as text; empty where there is none.
+    pub default: &'static str,
+    /// The values allowed.
+    pub kind: Kind,
+}
+
+const POSITIVE: Kind = Kind::Number { above: 0.0, below: f64::INFINITY };
+
+const fn number(name: &'static str, default: &'static str, description: &'static str) -> Key {
+    Key { name, description, default, kind: POSITIVE }
+}
+
+/// The list of all keys.
+pub const KEYS: [Key; 13] = [
+    number("density", "", "mass per volume; must be given"),
+    number(
+        "horizon",
+        "",
+        "length up to which points pull on each other; must be given unless the points have their \
+         own. Usual is 3.015 spacings: three shells of neighbours, the last one safely inside",
+    ),
+    number("youngs_modulus", "", "Young's modulus E, a stress"),
+    Key {
+        name: "poissons_ratio",
+        description: "Poisson's ratio nu, without unit; bond_based has 1/4 in 3D and plane strain \
+                      and 1/3 in plane stress, and takes no other",
+        default: "",
+        kind: Kind::Number { above: -1.0, below: 0.5 },
+    },
+    number("bulk_modulus", "", "bulk modulus K, a stress"),
+    number("shear_modulus", "", "shear modulus mu, a stress"),
+    Key {
+        name: "lame_lambda",
+        description: "first Lame constant lambda, a stress",
+        default: "",
+        kind: Kind::Number { above: f64::NEG_INFINITY, below: f64::INFINITY },
+    },
+    number(
+        "critical_energy_release_rate",
+        "",
+        "G_c, energy per crack area; gives the critical stretch and turns damage on",
+    ),
+    number("critical_stretch", "", "stretch at which a bond breaks; turns damage on"),
+    number(
+        "thickness",
+        "1",
+        "of a 2D body, a length; 1 because forces per unit thickness are what 2D tables give",
+    ),
+    Key {
+        name: "influence",
+        description: "how much a bond counts by its length L within the horizon d: constant 1, \
+                      inverse d/L, conical 1 - L/d, or the cubic B-spline; bond_based takes none",
+        default: "",
+        kind: Kind::Choice(&["constant", "inverse", "conical", "cubic_spline"]),
+    },
+    Key {
+        name: "plane",
+        description: "what lies across a 2D body; strain, because it holds for any thick body and \
+                      keeps the constants of the solid",
+        default: "strain",
+        kind: Kind::Choice(&["strain", "stress"]),
+    },
+    Key {
+        name: "damage",
+        description: "when bonds break: none, or at critical_stretch; none, unless a critical \
+                      value is given",
+        default: "none",
+        kind: Kind::Choice(&["none", "critical_stretch"]),
+    },
+];
+
+/// Place of a key in [`KEYS`].
+pub(crate) fn find(name: &str) -> Result<usize> {
+    KEYS.iter().position(|key| key.name == name).ok_or_else(|| {
+        let known = KEYS.iter().map(|key| key.name);
+        Error::Argument(format!("unknown key '{name}'{}", suggest::similar(name, known)))
+    })
+}
+
+impl Key {
+    pub(crate) fn check_number(&self, value: f64) -> Result<()> {
+        let Kind::Number { above, below } = self.kind else {
+            return argument(format!(
+                "key '{}' takes a choice, not a number; use choose",
+                self.name
+            ));
+        };
+        if above < value && value < below && value.is_finite() {
+            return Ok(());
+        }
+        let lower =
+            if above == f64::NEG_INFINITY { String::new() } else { format!(", above {above}") };
+        let upper = if below == f64::INFINITY { String::new() } else { format!(", below {below}") };
+        argument(format!("'{}' is {value}; it must be finite{lower}{upper}", self.name))
+    }
+
+    /// Place of a choice among those of this key.
+    pub(crate) fn check_choice(&self, choice: &str) -> Result<usize> {
+        let Kind::Choice(choices) = self.kind else {
+            return argument(format!("key '{}' takes a number, not a choice; use set", self.name));
+        };
+        choices.iter().position(|&known| known == choice).ok_or_else(|| {
+            let near = suggest::similar(choice, choices.iter().copied());
+            Error::Argument(format!("key '{}' has no choice '{choice}'{near}", self.name))
+        })
+    }
+}

@@ -1,0 +1,170 @@
+//! The plan: looks at the scene once and keeps what it needs, and nothing that it doesn't.
+//!
+//! One model and one horizon need no per-point constants; a body in which nothing can break needs no
+//! rule, and no second bond mask.
+
+use crate::damage::{BondState, BreakRule, Interface};
+use crate::error::Result;
+use crate::families::{self, Families, Place, Property};
+use crate::formulation::{Formulation, Materials, Scene};
+use crate::memory;
+use crate::model::{Damage, Model};
+use crate::points::Points;
+use crate::workers::Workers;
+
+/// All of a body that does not change while it moves.
+pub(crate) struct Plan {
+    pub(crate) dimension: usize,
+    /// Places relative to the body's centre with real volumes (in 2D area times thickness).
+    pub(crate) places: Vec<Place>,
+    pub(crate) density: Property,
+    pub(crate) families: Families,
+    pub(crate) formulation: Box<dyn Formulation>,
+    /// When bonds break; `None` when none can.
+    pub(crate) rule: Option<BreakRule>,
+    /// The edge of the mean point's cell, a length.
+    pub(crate) spacing: f64,
+}
+
+/// What the host has said of the body besides points and models.
+#[derive(Default)]
+pub(crate) struct SceneRequests {
+    /// Sets that no bond of which may break, as flags by inner place.
+    pub(crate) protected: Option<Vec<bool>>,
+    /// Interfaces with an energy release rate of their own.
+    pub(crate) interfaces: Vec<InterfaceRequest>,
+}
+
+/// Two sets, as bits 0 and 1 by inner place, and the energy release rate between them.
+pub(crate) struct InterfaceRequest {
+    pub(crate) sides: Vec<u8>,
+    pub(crate) rate: f64,
+}
+
+impl Plan {
+    pub(crate) fn new(
+        workers: &Workers,
+        points: &Points,
+        models: &[Model],
+        model_of: &[u16],
+        requests: &SceneRequests,
+    ) -> Result<Self> {
+        let dimension = points.dimension();
+        let horizons = horizons(points, models, model_of)?;
+        let materials = Materials { dimension, models, model_of, horizons: &horizons };
+        let density = materials.property(|model, _| Ok(number(model, "density")), "densities")?;
+        let thickness =
+            materials.property(|model, _| Ok(number(model, "thickness")), "thicknesses")?;
+        let places = places(points, &thickness)?;
+        let families = families::find(workers, dimension, &places, &horizons)?;
+        let formulation = (models[0].formulation().prepare)(&materials)?;
+        let rule = rule(&materials, &families, requests)?;
+        let area: f64 = points.volumes().iter().sum();
+        let spacing = (area / points.count() as f64).powf(1.0 / dimension as f64);
+        Ok(Self { dimension, places, density, families, formulation, rule, spacing })
+    }
+
+    pub(crate) fn count(&self) -> usize {
+        self.places.len()
+    }
+
+    /// The body at a displacement.
+    pub(crate) fn scene<'a>(
+        &'a self,
+        workers: &'a Workers,
+        bonds: &'a BondState,
+        displacement: &'a [f64],
+    ) -> Scene<'a> {
+        Scene {
+            dimension: self.dimension,
+            places: &self.places,
+            families: &self.families,
+            bonds: bonds.view(),
+            displacement,
+            workers,
+        }
+    }
+
+    /// Heap bytes held for bonds.
+    pub(crate) fn bond_bytes(&self) -> usize {
+        self.families.bytes()
+            + self.formulation.bytes()
+            + self.rule.as_ref().map_or(0, BreakRule::bytes)
+    }
+
+    /// Heap bytes held for points.
+    pub(crate) fn point_bytes(&self) -> usize {
+        memory::bytes(&self.places) + self.density.bytes()
+    }
+}
+
+/// A number that has been checked to be set, or has a default.
+fn number(model: &Model, key: &str) -> f64 {
+    model.number(key).unwrap_or(f64::NAN)
+}
+
+fn horizons(points: &Points, models: &[Model], model_of: &[u16]) -> Result<Property> {
+    let order = points.order();
+    if let Some(own) = points.horizons() {
+        let mut values = memory::reserved(own.len(), "horizons")?;
+        values.extend(order.host.iter().map(|&point| own[point as usize]));
+        let first = own[0];
+        return Ok(if own.iter().all(|&horizon| horizon == first) {
+            Property::Uniform(first)
+        } else {
+            Property::PerPoint(values)
+        });
+    }
+    let first = number(&models[0], "horizon");
+    if models.iter().all(|model| number(model, "horizon") == first) {
+        return Ok(Property::Uniform(first));
+    }
+    let of = |&index: &u16| number(&models[index as usize], "horizon");
+    Ok(Property::PerPoint(memory::collected(model_of.iter().map(of), "horizons")?))
+}
+
+fn places(points: &Points, thickness: &Property) -> Result<Vec<Place>> {
+    let (order, dimension) = (points.order(), points.dimension());
+    let mut places = memory::reserved(points.count(), "places")?;
+    for (inner, &point) in order.host.iter().enumerate() {
+        let point = point as usize;
+        let mut place = [0.0; 4];
+        for axis in 0..dimension {
+            place[axis] = points.coordinates()[point * dimension + axis] - order.centre[axis];
+        }
+        place[3] = points.volumes()[point];
+        if dimension == 2 {
+            place[3] *= thickness.at(inner);
+        }
+        places.push(place);
+    }
+    Ok(places)
+}
+
+fn rule(
+    materials: &Materials<'_>,
+    families: &Families,
+    requests: &SceneRequests,
+) -> Result<Option<BreakRule>> {
+    let by_rate = |model: &Model, horizon: f64, rate: f64| {
+        (model.formulation().critical_stretch)(model, materials.dimension, horizon, rate)
+    };
+    let ends = materials.property(
+        |model, horizon| match model.damage()? {
+            Damage::None => Ok(f64::INFINITY),
+            Damage::CriticalStretch(stretch) => Ok(stretch),
+            Damage::EnergyRelease(rate) => by_rate(model, horizon, rate),
+        },
+        "critical stretches",
+    )?;
+    let mut interfaces = memory::reserved(requests.interfaces.len(), "interfaces")?;
+    for request in &requests.interfaces {
+        let critical = materials.property(
+            |model, horizon| by_rate(model, horizon, request.rate),
+            "critical stretches",
+        )?;
+        let sides = memory::copied(&request.sides, "interfaces")?;
+        interfaces.push(Interface { sides, critical });
+    }
+    BreakRule::new(families, ends, &interfaces, requests.protected.as_deref())
+}

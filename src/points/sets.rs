@@ -1,0 +1,92 @@
+//! Named sets of points.
+
+use std::collections::BTreeMap;
+
+use crate::error::{Result, argument};
+use crate::memory;
+use crate::suggest;
+
+/// The set that always exists: every point.
+pub(crate) const ALL: &str = "all";
+
+const LONGEST_NAME: usize = 255;
+
+/// Sets by name; each keeps the order in which its points were given.
+#[derive(Debug, Default)]
+pub(crate) struct Sets {
+    named: BTreeMap<String, Vec<u32>>,
+}
+
+impl Sets {
+    pub(super) fn add(&mut self, name: &str, indices: &[usize], point_count: usize) -> Result<()> {
+        self.check_name(name)?;
+        if indices.is_empty() {
+            return argument(format!("'count' is 0: set '{name}' would have no point"));
+        }
+        if indices.len() > point_count {
+            return argument(format!(
+                "'count' is {}, but there are only {point_count} points",
+                indices.len()
+            ));
+        }
+        let mut seen = memory::filled(false, point_count, "a set")?;
+        let mut members = memory::reserved(indices.len(), "a set")?;
+        for (place, &point) in indices.iter().enumerate() {
+            if point >= point_count {
+                return argument(format!(
+                    "'indices'[{place}] is {point}; it must be below the number of points, \
+                     {point_count}"
+                ));
+            }
+            if std::mem::replace(&mut seen[point], true) {
+                return argument(format!("'indices'[{place}]: point {point} is given twice"));
+            }
+            members.push(point as u32);
+        }
+        self.named.insert(name.to_owned(), members);
+        Ok(())
+    }
+
+    fn check_name(&self, name: &str) -> Result<()> {
+        if name.is_empty() {
+            return argument("'name' is empty; a set needs a name");
+        }
+        if name.len() > LONGEST_NAME {
+            return argument(format!(
+                "'name' has {} bytes; at most {LONGEST_NAME} are allowed",
+                name.len()
+            ));
+        }
+        if name.trim() != name || name.chars().any(char::is_control) {
+            return argument(format!(
+                "'name' {name:?} begins or ends with a blank or has a control character"
+            ));
+        }
+        if name == ALL || self.named.contains_key(name) {
+            return argument(format!("'name': a set '{name}' exists already"));
+        }
+        Ok(())
+    }
+
+    pub(super) fn find(&self, name: &str) -> Result<&[u32]> {
+        match self.named.get(name) {
+            Some(members) => Ok(members),
+            None => {
+                let known = self.named.keys().map(String::as_str).chain([ALL]);
+                argument(format!("unknown set '{name}'{}", suggest::similar(name, known)))
+            }
+        }
+    }
+
+    pub(super) fn try_clone(&self) -> Result<Self> {
+        let mut named = BTreeMap::new();
+        for (name, members) in &self.named {
+            named.insert(name.clone(), memory::copied(members, "a set")?);
+        }
+        Ok(Self { named })
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.named.values().map(memory::bytes).sum()
+    }
+}

@@ -1,0 +1,240 @@
+//! What a simulation tells of itself as a whole: energy, health, memory.
+
+use super::Simulation;
+use super::setup::Built;
+use super::state::Ledger;
+use crate::error::Result;
+use crate::families::LANES;
+use crate::memory;
+use crate::workers::block_count;
+
+/// The energy of a simulation, in units of energy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Energy {
+    /// sum 1/2 rho V v^2.
+    pub kinetic: f64,
+    /// sum V W: what the bonds hold.
+    pub elastic: f64,
+    /// What broken or weakened bonds held when they broke.
+    pub dissipated: f64,
+    /// Work of body forces, and of the constraints that hold prescribed points.
+    pub external_work: f64,
+    /// Kinetic + elastic + dissipated energy that neither external work accounts for, nor what was
+    /// there at the start or was written by the host. Above zero: energy came out of nothing.
+    pub closure_error: f64,
+}
+
+/// What a host may want to look at before it trusts a result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PointReport {
+    /// How many points it concerns.
+    pub count: usize,
+    /// The first of them, by the host's index.
+    pub first: Option<usize>,
+}
+
+/// The health of a simulation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Health {
+    /// Points without a neighbour in the reference configuration.
+    pub isolated: PointReport,
+    /// Points that had neighbours and have lost all bonds.
+    pub detached: PointReport,
+    /// Bonds in all.
+    pub bonds: u64,
+    /// Bonds broken.
+    pub broken_bonds: u64,
+    /// Last time step over the stable one; 0 before the first step.
+    pub time_step_ratio: f64,
+}
+
+/// Heap bytes held by a simulation, without its conditions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Memory {
+    /// For points, their order, sets, places and materials.
+    pub points: usize,
+    /// For bonds, their state and when they break; 0 before set-up has ended.
+    pub bonds: usize,
+    /// For displacement, velocity, acceleration, forces and dissipated energy.
+    pub state: usize,
+}
+
+impl Memory {
+    /// All of it.
+    pub fn total(&self) -> usize {
+        self.points + self.bonds + self.state
+    }
+}
+
+impl Simulation {
+    /// The energy balance. Costs a sweep over the bonds.
+    ///
+    /// # Errors
+    /// `Memory`, and what building the families can fail with.
+    pub fn energy(&self) -> Result<Energy> {
+        let (kinetic, elastic, dissipated) = (self.kinetic()?, self.elastic()?, self.dissipated()?);
+        let Ledger { work, given, carried, open } = self.state.ledger;
+        let closure_error =
+            if open { kinetic + elastic + dissipated - (work + given) } else { carried };
+        Ok(Energy { kinetic, elastic, dissipated, external_work: work, closure_error })
+    }
+
+    /// Strain energy per volume of all points, in the inner order.
+    pub(super) fn strain_energy_density(&self) -> Result<Vec<f64>> {
+        let Built { workers, plan, bonds, .. } = self.built()?;
+        let mut density = memory::filled(0.0, plan.count(), "strain energy")?;
+        let scene = plan.scene(workers, bonds, &self.state.current.displacement);
+        plan.formulation.strain_energy_density(&scene, &mut density);
+        Ok(density)
+    }
+
+    fn kinetic(&self) -> Result<f64> {
+        let plan = &self.built()?.plan;
+        let dimension = plan.dimension;
+        self.sum_over_points(|point| {
+            let velocity = &self.state.current.velocity[point * dimension..(point + 1) * dimension];
+            let squared: f64 = velocity.iter().map(|v| v * v).sum();
+            0.5 * plan.density.at(point) * plan.places[point][3] * squared
+        })
+    }
+
+    fn elastic(&self) -> Result<f64> {
+        let density = self.strain_energy_density()?;
+        let places = &self.built()?.plan.places;
+        self.sum_over_points(|point| density[point] * places[point][3])
+    }
+
+    fn dissipated(&self) -> Result<f64> {
+        let Built { plan, dissipated, .. } = self.built()?;
+        self.sum_over_points(|point| dissipated[0][point] * plan.places[point][3])
+    }
+
+    /// A sum over all points, in fixed blocks.
+    pub(super) fn sum_over_points(&self, term: impl Fn(usize) -> f64 + Sync) -> Result<f64> {
+        let count = self.points.count();
+        let mut partial = memory::filled(0.0, block_count(count), "sums")?;
+        Ok(self.built()?.workers.sum(count, &mut partial, term))
+    }
+
+    /// Takes the energy that is there as given, before steps account for its changes.
+    pub(super) fn open_ledger(&mut self) -> Result<()> {
+        if !self.state.ledger.open {
+            let total = self.kinetic()? + self.elastic()? + self.dissipated()?;
+            let ledger = &mut self.state.ledger;
+            ledger.given = total - ledger.work - ledger.carried;
+            ledger.open = true;
+        }
+        Ok(())
+    }
+
+    /// Notes the closure error before the host changes the state by hand.
+    pub(super) fn close_ledger(&mut self) -> Result<()> {
+        if self.state.ledger.open {
+            self.state.ledger.carried = self.energy()?.closure_error;
+            self.state.ledger.open = false;
+        }
+        Ok(())
+    }
+
+    /// Lets the host change velocities; the ledger takes over the kinetic energy that it adds.
+    pub(super) fn give_kinetic(&mut self, change: impl FnOnce(&mut Self)) -> Result<()> {
+        if !self.state.ledger.open {
+            change(self);
+            return Ok(());
+        }
+        let before = self.kinetic()?;
+        change(self);
+        match self.kinetic() {
+            Ok(after) => self.state.ledger.given += after - before,
+            // The change is made; the next step takes the energy that it finds as given.
+            Err(_) => self.state.ledger.open = false,
+        }
+        Ok(())
+    }
+
+    /// What to look at before trusting a result.
+    ///
+    /// # Errors
+    /// What building the families can fail with.
+    pub fn health(&self) -> Result<Health> {
+        let Built { plan, bonds, .. } = self.built()?;
+        let mut isolated = PointReport { count: 0, first: None };
+        let mut detached = isolated;
+        let mut ends = 0;
+        for point in 0..self.points.count() {
+            let inner = self.points.order().place(point);
+            let blocks = plan.families.blocks(inner);
+            ends += plan.families.bonds(inner).count() as u64;
+            let report = if blocks.is_empty() {
+                &mut isolated
+            } else if bonds.intact[blocks].iter().all(|&mask| mask == 0) {
+                &mut detached
+            } else {
+                continue;
+            };
+            report.count += 1;
+            report.first.get_or_insert(point);
+        }
+        Ok(Health {
+            isolated,
+            detached,
+            bonds: ends / 2,
+            broken_bonds: (ends - bonds.intact_ends()) / 2,
+            time_step_ratio: self.state.time_step_ratio,
+        })
+    }
+
+    /// Number of bonds, broken or not, each counted once.
+    ///
+    /// # Errors
+    /// What building the families can fail with.
+    pub fn bond_count(&self) -> Result<u64> {
+        Ok(self.health()?.bonds)
+    }
+
+    /// Heap bytes held.
+    pub fn memory(&self) -> Memory {
+        let mut memory = Memory {
+            points: self.points.bytes() + memory::bytes(&self.model_of),
+            bonds: 0,
+            state: self.state.bytes(),
+        };
+        if let Some(Built { plan, bonds, next_intact, dissipated, partial, .. }) = self.built.get()
+        {
+            memory.points += plan.point_bytes();
+            memory.bonds += plan.bond_bytes() + bonds.bytes() + memory::bytes(next_intact);
+            memory.state += dissipated.iter().map(memory::bytes).sum::<usize>();
+            memory.state += memory::bytes(partial);
+        }
+        memory
+    }
+
+    /// All bonds, each once, as pairs of the host's indices, in an order that depends on the scene
+    /// alone. Calls `visit` with pair, stretch at the current displacement, and integrity.
+    ///
+    /// # Errors
+    /// What building the families can fail with.
+    pub fn for_each_bond(&self, mut visit: impl FnMut([usize; 2], f64, f64)) -> Result<()> {
+        let Built { plan, bonds, .. } = self.built()?;
+        let (dimension, order) = (plan.dimension, self.points.order());
+        let displacement = &self.state.current.displacement;
+        for point in 0..plan.count() {
+            for bond in plan.families.bonds(point).filter(|bond| point < bond.neighbor) {
+                let (mut squared, mut change) = (0.0, 0.0);
+                for axis in 0..dimension {
+                    let reference = plan.places[bond.neighbor][axis] - plan.places[point][axis];
+                    let moved = displacement[bond.neighbor * dimension + axis]
+                        - displacement[point * dimension + axis];
+                    squared += (reference + moved).powi(2);
+                    change += moved * (2.0 * reference + moved);
+                }
+                let stretch = change / (bond.length * (bond.length + squared.sqrt()));
+                let pair = [point, bond.neighbor].map(|place| order.host[place] as usize);
+                visit(pair, stretch, bonds.integrity(bond.slot));
+            }
+        }
+        Ok(())
+    }
+}
+
+const _: () = assert!(LANES == u8::BITS as usize, "a mask holds one bit a lane");

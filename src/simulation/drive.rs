@@ -1,0 +1,313 @@
+//! Driving a simulation: evaluate and commit for hosts that step themselves, and step.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use super::setup::Built;
+use super::{LogLevel, Simulation};
+use crate::damage::Breaking;
+use crate::error::{Error, Result, argument};
+use crate::simulation::state::State;
+use crate::solver::verlet::VerletStep;
+use crate::workers::PerPoint;
+
+/// Steps more than this many times the stable one are refused.
+const LARGEST_RATIO: f64 = 10.0;
+
+/// Where a run of steps stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Steps completed of this run.
+    pub done: u64,
+    /// Steps of this run.
+    pub total: u64,
+    /// Time of the last completed step.
+    pub time: f64,
+}
+
+/// A run of steps on its way; see [`Simulation::start_stepping`].
+#[derive(Debug)]
+pub struct Stepping {
+    time_step: f64,
+    done: u64,
+    total: u64,
+}
+
+impl Simulation {
+    /// Computes the internal force at the current displacement, with bonds as they are, and from it
+    /// and the loads at the current time the acceleration. Breaks nothing, advances nothing.
+    ///
+    /// # Errors
+    /// `Numeric` when a force is not finite (the text names the point), `Interrupted` when a function
+    /// of a condition breaks off, and what building the families can fail with.
+    pub fn evaluate(&mut self) -> Result<()> {
+        self.built()?;
+        if !self.state.force_fresh {
+            let Self { state, built, points, .. } = self;
+            let Some(Built { workers, plan, bonds, .. }) = built.get_mut() else { return Ok(()) };
+            let scene = plan.scene(workers, bonds, &state.current.displacement);
+            if let Some(point) = plan.formulation.force(&scene, &mut state.next.force, None) {
+                return Err(not_finite("force", points.order().host[point], state.time));
+            }
+            std::mem::swap(&mut state.current.force, &mut state.next.force);
+            state.force_fresh = true;
+            state.loads_fresh = false;
+        }
+        if !self.state.loads_fresh {
+            self.refresh_loads()?;
+        }
+        Ok(())
+    }
+
+    /// Asks the loads at the current time, and sums up the acceleration.
+    fn refresh_loads(&mut self) -> Result<()> {
+        let Self { state, conditions, built, .. } = self;
+        let Some(Built { workers, plan, .. }) = built.get_mut() else { return Ok(()) };
+        let dimension = plan.dimension;
+        if !state.next.load.is_empty() {
+            conditions.ask_loads(state.time, dimension, &mut state.next.load)?;
+            state.current.load.copy_from_slice(&state.next.load);
+        }
+        let (force, load) = (&state.current.force, &state.current.load);
+        let host = state.host_load.as_deref();
+        let acceleration = PerPoint(&mut state.current.acceleration, dimension);
+        workers.sweep(plan.count(), acceleration, |range, acceleration| {
+            for (place, point) in range.enumerate() {
+                for axis in 0..dimension {
+                    let component = point * dimension + axis;
+                    let total = force[component] + State::body_force(host, load, component);
+                    acceleration.0[place * dimension + axis] = total / plan.density.at(point);
+                }
+            }
+        });
+        let acceleration = &mut state.current.acceleration;
+        conditions.for_each_ruled(dimension, |ruled| acceleration[ruled.component] = 0.0);
+        state.loads_fresh = true;
+        Ok(())
+    }
+
+    /// Accepts the current displacement as a completed step of a host that steps itself: breaks the
+    /// bonds whose stretch is beyond their threshold and moves time on.
+    ///
+    /// # Errors
+    /// `Argument` for a time step that is negative or not finite; `Numeric` when a force is not
+    /// finite. The state is unchanged then.
+    pub fn commit(&mut self, time_step: f64) -> Result<()> {
+        if !(time_step >= 0.0 && (self.state.time + time_step).is_finite()) {
+            return argument(format!(
+                "'time_step' is {time_step}; it must be finite and not negative"
+            ));
+        }
+        self.built_mut()?;
+        self.close_ledger()?;
+        let Self { state, built, points, .. } = self;
+        let Some(Built { workers, plan, bonds, next_intact, dissipated, .. }) = built.get_mut()
+        else {
+            return Ok(());
+        };
+        if let Some(rule) = &plan.rule {
+            let [now, next] = dissipated;
+            next.copy_from_slice(now);
+            let scene = plan.scene(workers, bonds, &state.current.displacement);
+            let breaking = Breaking { rule, intact: next_intact, dissipated: next };
+            let force = &mut state.next.force;
+            if let Some(point) = plan.formulation.force(&scene, force, Some(breaking)) {
+                return Err(not_finite("force", points.order().host[point], state.time));
+            }
+            if bonds.intact != *next_intact {
+                state.force_fresh = false;
+            }
+            std::mem::swap(now, next);
+            std::mem::swap(&mut bonds.intact, next_intact);
+        }
+        state.time += time_step;
+        state.steps += 1;
+        state.loads_fresh = false;
+        Ok(())
+    }
+
+    /// A time step at which velocity Verlet is stable, whatever bonds break: from Gershgorin's bound on
+    /// the largest frequency, less one percent. The true limit may be twice as large. The largest
+    /// number there is, when no bond acts.
+    ///
+    /// # Errors
+    /// What building the families can fail with.
+    pub fn stable_time_step(&mut self) -> Result<f64> {
+        let Built { workers, plan, bonds, stable_step, .. } = self.built_mut()?;
+        if let Some(known) = *stable_step {
+            return Ok(known);
+        }
+        let mut bound = crate::memory::filled(0.0, plan.count(), "the stable step")?;
+        let scene = plan.scene(workers, bonds, &[]);
+        plan.formulation.stiffness_bound(&scene, &mut bound);
+        let largest = bound
+            .iter()
+            .enumerate()
+            .map(|(point, bound)| bound / plan.density.at(point))
+            .fold(0.0, f64::max);
+        let step = if largest > 0.0 { 0.99 / largest.sqrt() } else { f64::MAX };
+        *stable_step = Some(step);
+        Ok(step)
+    }
+
+    /// Makes `steps` velocity Verlet steps of `time_step`.
+    ///
+    /// # Errors
+    /// `Argument` for a step that is not positive and finite or more than ten times the stable one;
+    /// `Numeric` when a force or motion is not finite (the text names the point), `Interrupted` when a
+    /// function breaks off. The simulation is then as the last completed step left it.
+    pub fn step(&mut self, time_step: f64, steps: u64) -> Result<()> {
+        self.step_with(time_step, steps, false, |_, _| ControlFlow::Continue(()))
+    }
+
+    /// As [`Simulation::step`], calling `progress` after each step; it can stop the run.
+    ///
+    /// # Errors
+    /// As [`Simulation::step`]; `Interrupted` when `progress` stops the run.
+    pub fn step_watched(
+        &mut self,
+        time_step: f64,
+        steps: u64,
+        progress: impl FnMut(&Self, Progress) -> ControlFlow<()>,
+    ) -> Result<()> {
+        self.step_with(time_step, steps, true, progress)
+    }
+
+    fn step_with(
+        &mut self,
+        time_step: f64,
+        steps: u64,
+        watched: bool,
+        mut progress: impl FnMut(&Self, Progress) -> ControlFlow<()>,
+    ) -> Result<()> {
+        let mut stepping = self.start_stepping(time_step, steps)?;
+        while let Some(made) = self.advance(&mut stepping, watched)? {
+            if progress(self, made).is_break() {
+                return Err(stopped(made));
+            }
+        }
+        Ok(())
+    }
+
+    /// Begins a run of steps that [`Simulation::advance`] makes, for hosts that need their simulation
+    /// between the steps.
+    ///
+    /// # Errors
+    /// As [`Simulation::step`].
+    pub fn start_stepping(&mut self, time_step: f64, steps: u64) -> Result<Stepping> {
+        if !(time_step > 0.0 && time_step.is_finite()) {
+            return argument(format!("'time_step' is {time_step}; it must be positive and finite"));
+        }
+        if !(self.state.time + time_step * steps as f64).is_finite() {
+            return argument(format!(
+                "'steps' is {steps}: the time would leave the range of numbers"
+            ));
+        }
+        let stable = self.stable_time_step()?;
+        let ratio = time_step / stable;
+        if ratio > LARGEST_RATIO {
+            return argument(format!(
+                "'time_step' is {time_step}, {ratio:.3} times the stable step {stable}; at most \
+                 {LARGEST_RATIO} times is accepted"
+            ));
+        }
+        if ratio > 1.0 {
+            self.tell(
+                LogLevel::Warning,
+                &format!(
+                    "the time step {time_step} is {ratio:.3} times the step known to be stable, \
+                     {stable}; watch the energy"
+                ),
+            );
+        }
+        if steps > 0 {
+            self.evaluate()?;
+            self.open_ledger()?;
+            self.state.time_step_ratio = ratio;
+        }
+        Ok(Stepping { time_step, done: 0, total: steps })
+    }
+
+    /// Makes the next step of a run when `single`, or all that can be made without calling the host.
+    /// Gives where the run stands, `None` when it was complete already.
+    ///
+    /// # Errors
+    /// As [`Simulation::step`].
+    pub fn advance(&mut self, stepping: &mut Stepping, single: bool) -> Result<Option<Progress>> {
+        let Stepping { time_step, total, .. } = *stepping;
+        if stepping.done == total {
+            return Ok(None);
+        }
+        self.evaluate()?;
+        self.open_ledger()?;
+        let single = single || self.conditions.has_functions();
+        let steps = if single { 1 } else { total - stepping.done };
+        if single {
+            self.step_once(time_step)?;
+        } else {
+            // One hand-over to the workers for the whole run.
+            let workers = Arc::clone(&self.built()?.workers);
+            let made = workers.install(|| (0..steps).try_for_each(|_| self.step_once(time_step)));
+            made?;
+        }
+        stepping.done += steps;
+        Ok(Some(Progress { done: stepping.done, total, time: self.state.time }))
+    }
+
+    /// One step, from a state whose acceleration is up to date. It is made aside and becomes current
+    /// as a whole.
+    fn step_once(&mut self, time_step: f64) -> Result<()> {
+        let Self { state, conditions, built, points, .. } = self;
+        let Some(built) = built.get_mut() else { return Ok(()) };
+        let end = state.time + time_step;
+        conditions.ask_motion(state.time, time_step)?;
+        if conditions.loads_vary() {
+            conditions.ask_loads(end, built.plan.dimension, &mut state.next.load)?;
+        } else {
+            state.next.load.copy_from_slice(&state.current.load);
+        }
+        let [dissipated, next_dissipated] = &mut built.dissipated;
+        let step = VerletStep {
+            plan: &built.plan,
+            workers: &built.workers,
+            conditions,
+            bonds: &built.bonds,
+            current: &state.current,
+            next: &mut state.next,
+            host_load: state.host_load.as_deref(),
+            next_intact: &mut built.next_intact,
+            dissipated,
+            next_dissipated,
+            partial: &mut built.partial,
+            time_step,
+        };
+        let work = step
+            .run()
+            .map_err(|place| not_finite("motion", points.order().host[place], state.time))?;
+        std::mem::swap(&mut state.current, &mut state.next);
+        if built.plan.rule.is_some() {
+            std::mem::swap(dissipated, next_dissipated);
+            std::mem::swap(&mut built.bonds.intact, &mut built.next_intact);
+        }
+        state.ledger.work += work;
+        state.time = end;
+        state.steps += 1;
+        Ok(())
+    }
+}
+
+/// The error of a run that the host's progress callback has stopped.
+pub(crate) fn stopped(made: Progress) -> Error {
+    Error::Interrupted(format!(
+        "the progress callback asked to stop after step {} of {}",
+        made.done, made.total
+    ))
+}
+
+/// The error that names a point, by the host's index, whose `what` is not finite.
+fn not_finite(what: &str, point: u32, time: f64) -> Error {
+    Error::Numeric(format!(
+        "the {what} on point {point} is not finite after time {time}; a smaller time step or smaller \
+         loads may help"
+    ))
+}

@@ -1,0 +1,55 @@
+//! Files for ParaView: one state, or a series over time.
+
+use std::path::Path;
+
+use super::{Field, Simulation};
+use crate::error::{Result, argument};
+use crate::memory;
+use crate::output::vtu::{self, PointArray};
+
+impl Simulation {
+    /// Writes the current positions and these fields as a `.vtu` file; an older one is replaced as a
+    /// whole.
+    ///
+    /// # Errors
+    /// `Io` when it cannot be written, `Argument` for a field named twice, and as [`Simulation::get`].
+    pub fn write_vtk(&self, path: impl AsRef<Path>, fields: &[Field]) -> Result<()> {
+        let mut contents = memory::reserved(fields.len(), "fields")?;
+        for (place, &field) in fields.iter().enumerate() {
+            if fields[..place].contains(&field) {
+                return argument(format!("'fields'[{place}]: {} is named twice", field.name()));
+            }
+            contents.push(self.padded(field)?);
+        }
+        let positions = self.padded(Field::Position)?;
+        let dimension = self.points.dimension();
+        let arrays = fields.iter().zip(&contents).map(|(field, values)| PointArray {
+            name: field.name(),
+            components: if field.components(dimension) == 1 { 1 } else { 3 },
+            values,
+        });
+        let arrays = memory::collected(arrays, "fields")?;
+        vtu::write(path.as_ref(), self.time(), &positions, &arrays)
+    }
+
+    /// Writes the next `.vtu` of a series beside the `.pvd` file that lists them, and rewrites that.
+    ///
+    /// # Errors
+    /// As [`Simulation::write_vtk`]; `Argument` for a path that does not end in `.pvd`.
+    pub fn write_series(&self, pvd: impl AsRef<Path>, fields: &[Field]) -> Result<()> {
+        let mut series = self.series.lock().unwrap_or_else(|poison| poison.into_inner());
+        let file = series.next_file(pvd.as_ref())?;
+        self.write_vtk(&file, fields)?;
+        series.commit(pvd.as_ref(), self.time())
+    }
+
+    /// A field in the host's order; vectors get a third component, as the file format wants.
+    fn padded(&self, field: Field) -> Result<Vec<f64>> {
+        let dimension = self.points.dimension();
+        let components = field.components(dimension);
+        let stride = if components == 1 { 1 } else { 3 };
+        let mut values = memory::filled(0.0, self.points.count() * stride, "a field")?;
+        self.get_strided(None, field, &mut values, stride)?;
+        Ok(values)
+    }
+}

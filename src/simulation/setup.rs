@@ -1,0 +1,308 @@
+//! Set-up: materials by set, interfaces, pre-cracks and integrity, and the building of the families.
+
+use std::sync::Arc;
+
+use super::{LogLevel, Simulation, refuse_after_setup};
+use crate::damage::BondState;
+use crate::error::{Result, argument};
+use crate::families::crack::Crack;
+use crate::memory;
+use crate::model::Model;
+use crate::plan::{InterfaceRequest, Plan};
+use crate::workers::{Workers, block_count};
+
+/// What is built once, when set-up ends.
+pub(crate) struct Built {
+    pub(crate) workers: Arc<Workers>,
+    pub(crate) plan: Plan,
+    pub(crate) bonds: BondState,
+    /// Masks that the next step is made in; empty when nothing can break.
+    pub(crate) next_intact: Vec<u8>,
+    /// Energy per volume that each point has lost by broken bonds, now and in the next step.
+    pub(crate) dissipated: [Vec<f64>; 2],
+    /// Room for sums, one value a block of points.
+    pub(crate) partial: Vec<f64>,
+    /// The stable step of the bonds as they were when it was last asked for.
+    pub(crate) stable_step: Option<f64>,
+}
+
+/// A change of bonds that the host asked for.
+pub(crate) enum BondRequest {
+    Break(Vec<[u32; 2]>),
+    Cross(Crack),
+    Weaken(Vec<[u32; 2]>, Vec<f64>),
+}
+
+impl Simulation {
+    /// Gives the points of a set another material. All models of a simulation share formulation and
+    /// plane state.
+    ///
+    /// # Errors
+    /// `Argument` for an unknown set or a model that does not stand alone; `Unsupported` for another
+    /// formulation or plane state; `State` after set-up.
+    pub fn assign_model(&mut self, set: &str, model: &Model) -> Result<()> {
+        if self.built.get().is_some() {
+            return refuse_after_setup("assigning a model");
+        }
+        model.check(self.points.dimension(), self.points.horizons().is_some())?;
+        let first = &self.models[0];
+        if !std::ptr::eq(first.formulation(), model.formulation()) {
+            return Err(crate::Error::Unsupported(format!(
+                "the model's formulation is {}, that of the simulation {}; all models share one",
+                model.formulation().name,
+                first.formulation().name
+            )));
+        }
+        if self.points.dimension() == 2 && first.plane() != model.plane() {
+            return Err(crate::Error::Unsupported(
+                "the model's plane state differs from that of the simulation; all models share one"
+                    .into(),
+            ));
+        }
+        self.points.set_size(set)?;
+        if self.models.len() > u16::MAX as usize {
+            return argument(format!("'model': {} models are too many", self.models.len()));
+        }
+        if self.model_of.is_empty() {
+            self.model_of = memory::filled(0, self.points.count(), "materials")?;
+        }
+        let number = self.models.len() as u16;
+        memory::push(&mut self.models, model.clone(), "models")?;
+        let (points, model_of) = (&self.points, &mut self.model_of);
+        points.for_each_in_set(set, |point| model_of[points.order().place(point)] = number)
+    }
+
+    /// Gives the bonds between two sets an energy release rate of their own (energy per area).
+    ///
+    /// # Errors
+    /// `Argument` for unknown sets or a rate that is not positive and finite; `State` after set-up.
+    pub fn set_interface(&mut self, set_a: &str, set_b: &str, rate: f64) -> Result<()> {
+        if self.built.get().is_some() {
+            return refuse_after_setup("an interface");
+        }
+        if !(rate > 0.0 && rate.is_finite()) {
+            return argument(format!(
+                "'critical_energy_release_rate' is {rate}; it must be positive and finite"
+            ));
+        }
+        let mut sides = memory::filled(0_u8, self.points.count(), "interfaces")?;
+        for (set, bit) in [(set_a, 1), (set_b, 2)] {
+            self.points
+                .for_each_in_set(set, |point| sides[self.points.order().place(point)] |= bit)?;
+        }
+        let request = InterfaceRequest { sides, rate };
+        memory::push(&mut self.scene_requests.interfaces, request, "interfaces")
+    }
+
+    /// Breaks the bonds of these pairs of points for good. Pairs without a bond are passed over.
+    ///
+    /// # Errors
+    /// `Argument` for an index out of range or a point paired with itself.
+    pub fn break_bonds(&mut self, pairs: &[[usize; 2]]) -> Result<()> {
+        let pairs = self.inner_pairs(pairs)?;
+        self.request(BondRequest::Break(pairs))
+    }
+
+    /// Breaks every bond that crosses a planar polygon (3D) or a segment (2D) for good; `vertices`
+    /// holds as many numbers a vertex as there are axes. Points within 1e-9 spacings of the plane
+    /// belong to its positive side, and the rim belongs to the crack.
+    ///
+    /// # Errors
+    /// `Argument` for too few vertices, ones that are not finite or not in a plane, or a crack
+    /// without extent.
+    pub fn break_crossing(&mut self, vertices: &[f64]) -> Result<()> {
+        let dimension = self.points.dimension();
+        if !vertices.len().is_multiple_of(dimension) {
+            return argument(format!(
+                "'vertices' has {} numbers; each vertex has {dimension}",
+                vertices.len()
+            ));
+        }
+        self.request(BondRequest::Cross(Crack::new(dimension, vertices)?))
+    }
+
+    /// Sets the integrity of the bonds of these pairs of points: 1 is intact, 0 broken. A broken bond
+    /// stays broken. Pairs without a bond are passed over.
+    ///
+    /// # Errors
+    /// `Argument` for an index out of range, a point paired with itself, as many values as pairs not
+    /// given, or a value outside 0 to 1.
+    pub fn set_bond_integrity(&mut self, pairs: &[[usize; 2]], values: &[f64]) -> Result<()> {
+        if pairs.len() != values.len() {
+            return argument(format!(
+                "there are {} pairs and {} values; each pair has one",
+                pairs.len(),
+                values.len()
+            ));
+        }
+        if let Some(place) = values.iter().position(|value| !(0.0..=1.0).contains(value)) {
+            return argument(format!(
+                "'values'[{place}] is {}; an integrity lies between 0 and 1",
+                values[place]
+            ));
+        }
+        let values = memory::copied(values, "integrities")?;
+        let pairs = self.inner_pairs(pairs)?;
+        self.request(BondRequest::Weaken(pairs, values))
+    }
+
+    /// Lets no bond break that has an end in the set. Bonds can still be broken by hand.
+    ///
+    /// # Errors
+    /// `Argument` for an unknown set.
+    pub fn forbid_failure(&mut self, set: &str) -> Result<()> {
+        self.points.set_size(set)?;
+        let count = self.points.count();
+        let mut protected = match &self.scene_requests.protected {
+            Some(known) => memory::copied(known, "protected points")?,
+            None => memory::filled(false, count, "protected points")?,
+        };
+        let order = self.points.order();
+        self.points.for_each_in_set(set, |point| protected[order.place(point)] = true)?;
+        if let Some(Built { plan, .. }) = self.built.get_mut() {
+            if let Some(rule) = &mut plan.rule {
+                rule.protect(&plan.families, &protected)?;
+            }
+        }
+        self.scene_requests.protected = Some(protected);
+        Ok(())
+    }
+
+    fn inner_pairs(&self, pairs: &[[usize; 2]]) -> Result<Vec<[u32; 2]>> {
+        let (count, order) = (self.points.count(), self.points.order());
+        let mut inner = memory::reserved(pairs.len(), "pairs")?;
+        for (number, pair) in pairs.iter().enumerate() {
+            if let Some(point) = pair.iter().find(|&&point| point >= count) {
+                return argument(format!(
+                    "'pairs'[{number}] names point {point}; it must be below the number of points, \
+                     {count}"
+                ));
+            }
+            if pair[0] == pair[1] {
+                return argument(format!("'pairs'[{number}] pairs point {} with itself", pair[0]));
+            }
+            inner.push(pair.map(|point| order.place(point) as u32));
+        }
+        Ok(inner)
+    }
+
+    /// Keeps a request until the families are built, or carries it out.
+    fn request(&mut self, request: BondRequest) -> Result<()> {
+        if self.built.get().is_none() {
+            return memory::push(&mut self.bond_requests, request, "requests");
+        }
+        self.close_ledger()?;
+        let before = self.strain_energy_density()?;
+        let centre = self.points.order().centre;
+        if let Some(built) = self.built.get_mut() {
+            built.carry_out(&request, &centre)?;
+            built.stable_step = None;
+        }
+        self.state.force_fresh = false;
+        // What the bonds held is dissipated.
+        let after = self.strain_energy_density()?;
+        if let Some(built) = self.built.get_mut() {
+            for (point, dissipated) in built.dissipated[0].iter_mut().enumerate() {
+                *dissipated += before[point] - after[point];
+            }
+        }
+        Ok(())
+    }
+
+    /// What set-up leads to; built when first asked for.
+    pub(super) fn built(&self) -> Result<&Built> {
+        if let Some(built) = self.built.get() {
+            return Ok(built);
+        }
+        let _building = self.building.lock().unwrap_or_else(|poison| poison.into_inner());
+        if let Some(built) = self.built.get() {
+            return Ok(built);
+        }
+        let built = self.build()?;
+        self.warn_of_isolated(&built);
+        Ok(self.built.get_or_init(|| built))
+    }
+
+    /// As [`Simulation::built`], to change it.
+    pub(super) fn built_mut(&mut self) -> Result<&mut Built> {
+        self.built()?;
+        self.built.get_mut().ok_or_else(|| crate::Error::Internal("set-up was lost".into()))
+    }
+
+    fn build(&self) -> Result<Built> {
+        let workers = Arc::new(Workers::new(self.threads)?);
+        let requests = &self.scene_requests;
+        let plan = Plan::new(&workers, &self.points, &self.models, &self.model_of, requests)?;
+        let bonds = BondState::new(&plan.families)?;
+        let count = plan.count();
+        let masks = if plan.rule.is_some() { plan.families.block_count() } else { 0 };
+        let next = if plan.rule.is_some() { count } else { 0 };
+        let mut built = Built {
+            next_intact: memory::filled(0, masks, "bond state")?,
+            dissipated: [
+                memory::filled(0.0, count, "dissipated energy")?,
+                memory::filled(0.0, next, "dissipated energy")?,
+            ],
+            partial: memory::filled(0.0, block_count(count), "sums")?,
+            stable_step: None,
+            workers,
+            plan,
+            bonds,
+        };
+        for request in &self.bond_requests {
+            built.carry_out(request, &self.points.order().centre)?;
+        }
+        Ok(built)
+    }
+
+    fn warn_of_isolated(&self, built: &Built) {
+        let isolated = (0..built.plan.count())
+            .filter(|&point| built.plan.families.blocks(point).is_empty())
+            .count();
+        if isolated > 0 {
+            self.tell(
+                LogLevel::Warning,
+                &format!("{isolated} points have no neighbour within the horizon; they fly free"),
+            );
+        }
+    }
+}
+
+impl Built {
+    fn carry_out(&mut self, request: &BondRequest, centre: &[f64; 3]) -> Result<()> {
+        let Self { plan, bonds, .. } = self;
+        match request {
+            BondRequest::Break(pairs) => {
+                for_each_end(plan, pairs, |_, slot| bonds.break_bond(slot));
+            }
+            BondRequest::Cross(crack) => {
+                let cut = |_, _, slot| bonds.break_bond(slot);
+                crack.for_each_crossing(&plan.families, &plan.places, centre, plan.spacing, cut);
+            }
+            BondRequest::Weaken(pairs, values) => {
+                if values.iter().any(|&value| value != 0.0 && value != 1.0)
+                    || bonds.integrity.is_some()
+                {
+                    bonds.grade()?;
+                }
+                for_each_end(plan, pairs, |number, slot| {
+                    if bonds.is_intact(slot) {
+                        bonds.weaken(slot, values[number]);
+                    }
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Calls `visit` with the number of a pair and the place of its bond, from both ends.
+fn for_each_end(plan: &Plan, pairs: &[[u32; 2]], mut visit: impl FnMut(usize, usize)) {
+    for (number, &[from, to]) in pairs.iter().enumerate() {
+        for (from, to) in [(from, to), (to, from)] {
+            if let Some(slot) = plan.families.slot(from as usize, to as usize) {
+                visit(number, slot);
+            }
+        }
+    }
+}

@@ -1,0 +1,3 @@
+//! Solvers: how a state moves on.
+
+pub(crate) mod verlet;
