@@ -222,11 +222,6 @@ impl Conditions {
         self.list.iter().any(|known| matches!(known.source, Source::Function { .. }))
     }
 
-    /// Whether there is any body force.
-    pub(crate) fn has_loads(&self) -> bool {
-        self.list.iter().any(|known| known.quantity == Quantity::BodyForce)
-    }
-
     /// Whether any body force changes by itself.
     pub(crate) fn loads_vary(&self) -> bool {
         self.list

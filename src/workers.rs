@@ -62,6 +62,7 @@ impl Workers {
             .unwrap_or(1)
     }
 
+    #[cfg(test)]
     pub(crate) fn threads(&self) -> usize {
         self.handles.len().max(1)
     }

@@ -78,6 +78,60 @@ pub(crate) unsafe fn output<'a, T>(
     Ok(unsafe { &mut *pointer.cast_mut().cast() })
 }
 
+/// A count, stride or index of C as one of Rust.
+pub(crate) fn convert(value: i64, name: &'static str) -> Result<usize, Failure> {
+    let refused = || Error::Argument(format!("'{name}' is {value}; it must not be negative"));
+    Ok(usize::try_from(value).map_err(|_| refused())?)
+}
+
+/// An index at a place of an array of indices.
+pub(crate) fn index(value: i64, name: &'static str, place: usize) -> Result<usize, Failure> {
+    let refused = || Error::Argument(format!("'{name}'[{place}] is {value}; indices start at 0"));
+    Ok(usize::try_from(value).map_err(|_| refused())?)
+}
+
+/// Numbers from the first of the first point to the last of the last one.
+pub(crate) fn length(
+    count: usize,
+    stride: usize,
+    components: usize,
+    name: &'static str,
+) -> Result<i64, Failure> {
+    if count == 0 {
+        return Ok(0);
+    }
+    let total = (count - 1).checked_mul(stride).and_then(|n| n.checked_add(components));
+    let refused = || {
+        Error::Argument(format!(
+            "'{name}': {count} points with stride {stride} are more than memory can hold"
+        ))
+    };
+    Ok(total.and_then(|total| i64::try_from(total).ok()).ok_or_else(refused)?)
+}
+
+/// Refuses a count that is not what it must be.
+pub(crate) fn expect_count(given: i64, expected: usize, name: &'static str) -> Result<(), Failure> {
+    if usize::try_from(given) == Ok(expected) {
+        return Ok(());
+    }
+    Ok(argument(format!("'{name}' is {given}; it must be {expected}"))?)
+}
+
+/// The text that `pointer` leads to, `None` for NULL.
+///
+/// # Safety
+/// As for [`text`].
+pub(crate) unsafe fn text_or_null<'a>(
+    pointer: *const c_char,
+    name: &'static str,
+) -> Result<Option<&'a str>, Failure> {
+    if pointer.is_null() {
+        return Ok(None);
+    }
+    // SAFETY: the caller's promise.
+    unsafe { text(pointer, name) }.map(Some)
+}
+
 /// The count as a length, once the pointer and the size in bytes will do for a slice.
 fn extent<T>(pointer: *const T, count: i64, name: &'static str) -> Result<usize, Failure> {
     if count == 0 {

@@ -22,11 +22,6 @@ impl FloatEnvironment {
     pub(crate) fn restore(&self) {
         registers::restore(&self.0);
     }
-
-    /// Sets the default, for a worker thread: it inherits whatever its creator had.
-    pub(crate) fn set_default() {
-        registers::set_default();
-    }
 }
 
 #[cfg(target_arch = "x86_64")]

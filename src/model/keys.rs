@@ -13,8 +13,8 @@ pub enum Kind {
         /// Upper limit.
         below: f64,
     },
-    /// One of these words.
-    Choice(&'static [&'static str]),
+    /// One of these words, which a bar separates.
+    Choice(&'static str),
 }
 
 /// One key of a model.
@@ -77,21 +77,21 @@ pub const KEYS: [Key; 13] = [
         description: "how much a bond counts by its length L within the horizon d: constant 1, \
                       inverse d/L, conical 1 - L/d, or the cubic B-spline; bond_based takes none",
         default: "",
-        kind: Kind::Choice(&["constant", "inverse", "conical", "cubic_spline"]),
+        kind: Kind::Choice("constant|inverse|conical|cubic_spline"),
     },
     Key {
         name: "plane",
         description: "what lies across a 2D body; strain, because it holds for any thick body and \
                       keeps the constants of the solid",
         default: "strain",
-        kind: Kind::Choice(&["strain", "stress"]),
+        kind: Kind::Choice("strain|stress"),
     },
     Key {
         name: "damage",
         description: "when bonds break: none, or at critical_stretch; none, unless a critical \
                       value is given",
         default: "none",
-        kind: Kind::Choice(&["none", "critical_stretch"]),
+        kind: Kind::Choice("none|critical_stretch"),
     },
 ];
 
@@ -125,8 +125,8 @@ impl Key {
         let Kind::Choice(choices) = self.kind else {
             return argument(format!("key '{}' takes a number, not a choice; use set", self.name));
         };
-        choices.iter().position(|&known| known == choice).ok_or_else(|| {
-            let near = suggest::similar(choice, choices.iter().copied());
+        choices.split('|').position(|known| known == choice).ok_or_else(|| {
+            let near = suggest::similar(choice, choices.split('|'));
             Error::Argument(format!("key '{}' has no choice '{choice}'{near}", self.name))
         })
     }

@@ -109,8 +109,8 @@ impl Model {
         let place = KEYS.iter().position(|known| known.name == key)?;
         let Kind::Choice(words) = KEYS[place].kind else { return None };
         match self.choices[place] {
-            Some(number) => Some(words[number]),
-            None => words.iter().find(|&&word| word == KEYS[place].default).copied(),
+            Some(number) => words.split('|').nth(number),
+            None => words.split('|').find(|&word| word == KEYS[place].default),
         }
     }
 

@@ -378,6 +378,68 @@ impl Simulation {
         Ok(Cow::Owned(values))
     }
 
+    /// A field's own memory, to be written by the host until [`Simulation::take_back`].
+    pub(crate) fn lend(&mut self, field: Field) -> Result<&mut [f64]> {
+        match field {
+            Field::Displacement | Field::Velocity => self.close_ledger()?,
+            Field::BodyForce => {
+                self.state.loads_fresh = false;
+                return Ok(self.state.host_load_mut()?);
+            }
+            _ => {
+                return Err(Error::Unsupported(format!(
+                    "{} cannot be lent to write; displacement, velocity and body_force can",
+                    field.name()
+                )));
+            }
+        }
+        let current = &mut self.state.current;
+        if field == Field::Displacement {
+            self.state.force_fresh = false;
+            return Ok(&mut current.displacement);
+        }
+        Ok(&mut current.velocity)
+    }
+
+    /// Checks what the host has written to a field that was lent.
+    pub(crate) fn take_back(&self, field: Field) -> Result<()> {
+        let values = match field {
+            Field::Displacement => &self.state.current.displacement,
+            Field::Velocity => &self.state.current.velocity,
+            _ => self.state.host_load.as_ref().unwrap_or(&self.state.current.load),
+        };
+        let dimension = self.points.dimension();
+        match values.iter().position(|value| !value.is_finite()) {
+            Some(component) => Err(Error::Numeric(format!(
+                "'view': {} of point {}, axis {}, is {}; it must be finite",
+                field.name(),
+                self.points.order().host[component / dimension],
+                component % dimension,
+                values[component]
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    /// A field's own memory, to be read.
+    pub(crate) fn show(&self, field: Field) -> Result<&[f64]> {
+        let current = &self.state.current;
+        match field {
+            Field::Displacement => Ok(&current.displacement),
+            Field::Velocity => Ok(&current.velocity),
+            Field::Acceleration | Field::InternalForce => {
+                self.check_fresh(field)?;
+                let acceleration = field == Field::Acceleration;
+                Ok(if acceleration { &current.acceleration } else { &current.force })
+            }
+            _ => Err(Error::Unsupported(format!(
+                "{} cannot be lent; displacement, velocity, acceleration and internal_force can, get \
+                 the others",
+                field.name()
+            ))),
+        }
+    }
+
     /// The sum of a field over a set or all points, one number per component. It is taken in fixed
     /// blocks of the inner order, so that its bits depend on the scene alone.
     ///

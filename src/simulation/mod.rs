@@ -21,6 +21,7 @@ use crate::plan::SceneRequests;
 use crate::points::Points;
 use crate::workers::{MOST_THREADS, Workers};
 pub use balance::{Energy, Health, Memory, PointReport};
+pub(crate) use drive::stopped;
 pub use drive::{Progress, Stepping};
 pub use fields::Field;
 use setup::{BondRequest, Built};

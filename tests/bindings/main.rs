@@ -20,8 +20,21 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// The files of src/ffi with items for C, in the order of the header.
-const SOURCES: &[&str] =
-    &["version.rs", "status.rs", "last_error.rs", "points.rs", "model.rs", "simulation.rs"];
+const SOURCES: &[&str] = &[
+    "version.rs",
+    "status.rs",
+    "last_error.rs",
+    "points.rs",
+    "model.rs",
+    "simulation/setup.rs",
+    "simulation/bonds.rs",
+    "simulation/conditions.rs",
+    "simulation/fields.rs",
+    "simulation/views.rs",
+    "simulation/drive.rs",
+    "simulation/balance.rs",
+    "simulation/files.rs",
+];
 
 const HEADER: &str = "include/perion.h";
 const INTERFACES: &str = "bindings/fortran/perion_c.f90";

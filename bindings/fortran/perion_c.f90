@@ -1,0 +1,1071 @@
+! Generated from include/perion.h; do not edit. `make bindings` writes it anew.
+
+!> The C interface of Perion, call by call. Most programs want the module `perion` instead.
+!>
+!> As in C: indices start at 0, text ends with `c_null_char`, an enumeration is an `integer(c_int32_t)`.
+!> A handle is a `type(c_ptr)`; a callback is `c_funloc` of a procedure with the abstract interface of
+!> that name. An argument whose name ends in `_or_null` may be absent; where it is passed by value,
+!> `c_null_ptr` or `c_null_funptr` says so.
+module perion_c
+  use, intrinsic :: iso_c_binding, only: c_bool, c_char, c_double, c_funptr, c_int, c_int32_t, &
+      c_int64_t, c_ptr
+  implicit none
+  public
+  private :: c_bool, c_char, c_double, c_funptr, c_int, c_int32_t, c_int64_t, c_ptr
+
+  !> Major number of this header's version.
+  integer(c_int32_t), parameter :: PERION_VERSION_MAJOR = 0_c_int32_t
+
+  !> Minor number of this header's version.
+  integer(c_int32_t), parameter :: PERION_VERSION_MINOR = 1_c_int32_t
+
+  !> Patch number of this header's version.
+  integer(c_int32_t), parameter :: PERION_VERSION_PATCH = 0_c_int32_t
+
+  !> Version of this header's binary interface; a library with another one cannot be used with it.
+  !> Not PERION_ABI_VERSION: that is the function.
+  integer(c_int32_t), parameter :: PERION_ABI_VERSION_CONSTANT = 0_c_int32_t
+
+  !> The call did what it says.
+  integer(c_int32_t), parameter :: PERION_OK = 0_c_int32_t
+
+  !> A pointer that must not be NULL is NULL.
+  integer(c_int32_t), parameter :: PERION_ERROR_NULL = 1_c_int32_t
+
+  !> A value, a count, a name or a combination of them is not allowed; nothing was changed.
+  integer(c_int32_t), parameter :: PERION_ERROR_ARGUMENT = 2_c_int32_t
+
+  !> The call does not fit the state of the handle, or the handle is in use by another call.
+  integer(c_int32_t), parameter :: PERION_ERROR_STATE = 3_c_int32_t
+
+  !> The memory that the call needs could not be had; the handle is unchanged.
+  integer(c_int32_t), parameter :: PERION_ERROR_MEMORY = 4_c_int32_t
+
+  !> A file could not be read or written.
+  integer(c_int32_t), parameter :: PERION_ERROR_IO = 5_c_int32_t
+
+  !> A file was read, but what is in it is not understood.
+  integer(c_int32_t), parameter :: PERION_ERROR_FORMAT = 6_c_int32_t
+
+  !> A computed quantity is not finite; the text names the point.
+  integer(c_int32_t), parameter :: PERION_ERROR_NUMERIC = 7_c_int32_t
+
+  !> An iteration did not converge; the state is that of the last completed step.
+  integer(c_int32_t), parameter :: PERION_ERROR_CONVERGENCE = 8_c_int32_t
+
+  !> A callback asked to stop.
+  integer(c_int32_t), parameter :: PERION_ERROR_INTERRUPTED = 9_c_int32_t
+
+  !> The request makes sense but is not offered; the text says what is.
+  integer(c_int32_t), parameter :: PERION_ERROR_UNSUPPORTED = 10_c_int32_t
+
+  !> An earlier internal error left the handle unusable: get, save and destroy still work.
+  integer(c_int32_t), parameter :: PERION_ERROR_POISONED = 11_c_int32_t
+
+  !> A defect of the library: please report the text.
+  integer(c_int32_t), parameter :: PERION_ERROR_INTERNAL = 12_c_int32_t
+
+  !> Displacement, a length.
+  integer(c_int32_t), parameter :: PERION_QUANTITY_DISPLACEMENT = 1_c_int32_t
+
+  !> Velocity.
+  integer(c_int32_t), parameter :: PERION_QUANTITY_VELOCITY = 2_c_int32_t
+
+  !> Force per reference volume.
+  integer(c_int32_t), parameter :: PERION_QUANTITY_BODY_FORCE = 3_c_int32_t
+
+  !> Position in the reference configuration, a length; a vector.
+  integer(c_int32_t), parameter :: PERION_FIELD_REFERENCE_POSITION = 1_c_int32_t
+
+  !> Current position, a length; a vector. Can be set.
+  integer(c_int32_t), parameter :: PERION_FIELD_POSITION = 2_c_int32_t
+
+  !> Displacement, a length; a vector. Can be set.
+  integer(c_int32_t), parameter :: PERION_FIELD_DISPLACEMENT = 3_c_int32_t
+
+  !> Velocity; a vector. Can be set.
+  integer(c_int32_t), parameter :: PERION_FIELD_VELOCITY = 4_c_int32_t
+
+  !> Acceleration; a vector, 0 where displacement or velocity is prescribed.
+  integer(c_int32_t), parameter :: PERION_FIELD_ACCELERATION = 5_c_int32_t
+
+  !> Internal force per reference volume; a vector.
+  integer(c_int32_t), parameter :: PERION_FIELD_INTERNAL_FORCE = 6_c_int32_t
+
+  !> Body force per reference volume, the host's and that of conditions; a vector. Setting it replaces
+  !> the host's share, to which that of conditions adds.
+  integer(c_int32_t), parameter :: PERION_FIELD_BODY_FORCE = 7_c_int32_t
+
+  !> Force that holds prescribed components; a vector, 0 elsewhere.
+  integer(c_int32_t), parameter :: PERION_FIELD_REACTION = 8_c_int32_t
+
+  !> Volume; in 2D area times thickness.
+  integer(c_int32_t), parameter :: PERION_FIELD_VOLUME = 9_c_int32_t
+
+  !> Mass per volume.
+  integer(c_int32_t), parameter :: PERION_FIELD_DENSITY = 10_c_int32_t
+
+  !> Share of the volume of a point's family that broken bonds have cost it, 0 to 1.
+  integer(c_int32_t), parameter :: PERION_FIELD_DAMAGE = 11_c_int32_t
+
+  !> Energy of the bonds per reference volume.
+  integer(c_int32_t), parameter :: PERION_FIELD_STRAIN_ENERGY_DENSITY = 12_c_int32_t
+
+  !> Energy that broken bonds held, per reference volume.
+  integer(c_int32_t), parameter :: PERION_FIELD_DISSIPATED_ENERGY_DENSITY = 14_c_int32_t
+
+  !> Number of points within the point's own horizon.
+  integer(c_int32_t), parameter :: PERION_FIELD_NEIGHBOR_COUNT = 23_c_int32_t
+
+  !> Time step by the usual formula, a time; not a bound.
+  integer(c_int32_t), parameter :: PERION_FIELD_TIME_STEP_ESTIMATE = 24_c_int32_t
+
+  !> Something the host should look at.
+  integer(c_int32_t), parameter :: PERION_LOG_LEVEL_WARNING = 1_c_int32_t
+
+  !> Something that helps to follow what happens.
+  integer(c_int32_t), parameter :: PERION_LOG_LEVEL_INFORMATION = 2_c_int32_t
+
+  !> A field in the library's own memory and inner order. Component c of the host's point p is
+  !> data[place * point_stride + c * component_stride], place = slot ? slot[p] : p. Valid until returned.
+  !> Let perion_view_init set struct_size.
+  type, bind(c) :: perion_view
+    !> Bytes of the caller's struct.
+    integer(c_int64_t) :: struct_size
+    !> the values
+    type(c_ptr) :: data
+    !> inner place of each of the host's points; NULL when the orders are the same
+    type(c_ptr) :: slot
+    !> number of points
+    integer(c_int64_t) :: count
+    !> numbers a point
+    integer(c_int64_t) :: components
+    !> doubles from one point to the next
+    integer(c_int64_t) :: point_stride
+    !> doubles from one component to the next
+    integer(c_int64_t) :: component_stride
+    !> which borrowing this is
+    integer(c_int64_t) :: generation
+  end type perion_view
+
+  !> The energy of a simulation, in units of energy. Let perion_energy_init set struct_size.
+  type, bind(c) :: perion_energy
+    !> Bytes of the caller's struct.
+    integer(c_int64_t) :: struct_size
+    !> sum 1/2 rho V v^2
+    real(c_double) :: kinetic
+    !> sum V W, what the bonds hold
+    real(c_double) :: elastic
+    !> what broken or weakened bonds held
+    real(c_double) :: dissipated
+    !> work of body forces, and of what holds prescribed points
+    real(c_double) :: external_work
+    !> kinetic + elastic + dissipated that neither external work nor the start accounts for; above 0:
+    !> energy came out of nothing
+    real(c_double) :: closure_error
+  end type perion_energy
+
+  !> What to look at before trusting a result. Let perion_health_init set struct_size.
+  type, bind(c) :: perion_health
+    !> Bytes of the caller's struct.
+    integer(c_int64_t) :: struct_size
+    !> points without a neighbour in the reference configuration
+    integer(c_int64_t) :: isolated_points
+    !> the first of them, -1 for none
+    integer(c_int64_t) :: first_isolated_point
+    !> points that had neighbours and have lost all bonds
+    integer(c_int64_t) :: detached_points
+    !> the first of them, -1 for none
+    integer(c_int64_t) :: first_detached_point
+    !> bonds in all
+    integer(c_int64_t) :: bonds
+    !> bonds broken
+    integer(c_int64_t) :: broken_bonds
+    !> last time step over the stable one; 0 before the first step
+    real(c_double) :: time_step_ratio
+  end type perion_health
+
+  !> Heap bytes that a simulation holds. Let perion_memory_init set struct_size.
+  type, bind(c) :: perion_memory
+    !> Bytes of the caller's struct.
+    integer(c_int64_t) :: struct_size
+    !> points, their order, sets, places and materials
+    integer(c_int64_t) :: points
+    !> bonds, their state and when they break; 0 before set-up has ended
+    integer(c_int64_t) :: bonds
+    !> displacement, velocity, acceleration, forces, dissipated energy
+    integer(c_int64_t) :: state
+    !> all of it
+    integer(c_int64_t) :: total
+  end type perion_memory
+
+  abstract interface
+
+    !> A function that the host prescribes: fills values[count] at `time` for the points of its set, whose
+    !> reference positions [count][dimension] come in the set's order. Runs on the calling thread, with the
+    !> host's floating-point environment; must not throw or jump out, and may not call anything on the
+    !> simulation. A result other than 0 stops the run (ERROR_INTERRUPTED).
+    function perion_function(user, time, count, reference_positions, values) bind(c)
+      import :: c_double, c_int, c_int64_t, c_ptr
+      type(c_ptr), value :: user
+      real(c_double), value :: time
+      integer(c_int64_t), value :: count
+      real(c_double), intent(in) :: reference_positions(*)
+      real(c_double), intent(inout) :: values(*)
+      integer(c_int) :: perion_function
+    end function perion_function
+
+    !> Told after each step: `done` of `total` steps of this run, and the time. It runs on the calling
+    !> thread with the host's floating-point environment; it must not throw or jump out. It may make const
+    !> calls on its simulation, write_vtk and write_series among them; others give ERROR_STATE. A result
+    !> other than 0 stops the run (ERROR_INTERRUPTED).
+    function perion_progress(user, done, total, time) bind(c)
+      import :: c_double, c_int, c_int64_t, c_ptr
+      type(c_ptr), value :: user
+      integer(c_int64_t), value :: done
+      integer(c_int64_t), value :: total
+      real(c_double), value :: time
+      integer(c_int) :: perion_progress
+    end function perion_progress
+
+    !> Takes messages of the library, on the calling thread; the text lives for the call. It must not
+    !> throw, jump out, or call anything on the simulation.
+    subroutine perion_log(user, level, message) bind(c)
+      import :: c_char, c_int32_t, c_ptr
+      type(c_ptr), value :: user
+      integer(c_int32_t), value :: level
+      character(kind=c_char), intent(in) :: message(*)
+    end subroutine perion_log
+
+  end interface
+
+  interface
+
+    !> Version of the library in use: 10000 major + 100 minor + patch.
+    function perion_version() bind(c, name="perion_version")
+      import :: c_int32_t
+      integer(c_int32_t) :: perion_version
+    end function perion_version
+
+    !> Version of the binary interface of the library in use.
+    function perion_abi_version() bind(c, name="perion_abi_version")
+      import :: c_int32_t
+      integer(c_int32_t) :: perion_abi_version
+    end function perion_abi_version
+
+    !> Version of the library in use as text, "0.1.0". The text lives as long as the library.
+    function perion_version_string() bind(c, name="perion_version_string")
+      import :: c_ptr
+      type(c_ptr) :: perion_version_string
+    end function perion_version_string
+
+    !> How the library was built, in a line. The text lives as long as the library.
+    function perion_build_info() bind(c, name="perion_build_info")
+      import :: c_ptr
+      type(c_ptr) :: perion_build_info
+    end function perion_build_info
+
+    !> Whether the library has an optional feature. Known are "threads" (it has) and "ranks" (not yet);
+    !> false for NULL and anything else.
+    function perion_has_feature(name) bind(c, name="perion_has_feature")
+      import :: c_bool, c_char
+      character(kind=c_char), intent(in) :: name(*)
+      logical(c_bool) :: perion_has_feature
+    end function perion_has_feature
+
+    !> Two or three words for a status number, "unknown status" for a number that is none. The text is
+    !> static: valid for ever, not to be freed. Since 0.1.
+    function perion_status_string(status) bind(c, name="perion_status_string")
+      import :: c_int32_t, c_ptr
+      integer(c_int32_t), value :: status
+      type(c_ptr) :: perion_status_string
+    end function perion_status_string
+
+    !> The last failure on the calling thread as one line of text: function, argument, value, limit,
+    !> what to do; "" when nothing has failed. A later success leaves it. The buffer belongs to the
+    !> thread: the next failure overwrites it, the end of the thread ends it. Since 0.1.
+    function perion_last_error() bind(c, name="perion_last_error")
+      import :: c_ptr
+      type(c_ptr) :: perion_last_error
+    end function perion_last_error
+
+    !> Makes points from the host's arrays, which are copied.
+    !>
+    !> coordinates: lengths, `dimension` of them a point, `stride` doubles from one point to the next.
+    !> volumes: `count` of them; in 2D areas. Points may come in any order.
+    !>
+    !> ERROR_ARGUMENT: dimension not 2 or 3, count below 1, stride below dimension, a coordinate that is
+    !> not finite, a volume that is not positive, two points in one place. ERROR_MEMORY. Since 0.1.
+    function perion_points_create(dimension, count, coordinates, stride, volumes, points) &
+        bind(c, name="perion_points_create")
+      import :: c_double, c_int32_t, c_int64_t, c_ptr
+      integer(c_int32_t), value :: dimension
+      integer(c_int64_t), value :: count
+      real(c_double), intent(in) :: coordinates(*)
+      integer(c_int64_t), value :: stride
+      real(c_double), intent(in) :: volumes(*)
+      type(c_ptr), intent(inout) :: points
+      integer(c_int32_t) :: perion_points_create
+    end function perion_points_create
+
+    !> Makes a block of points: a lattice of cells of edge `spacing` between the corners `lower` and
+    !> `upper` (`dimension` lengths each), a point in the middle of each cell, x fastest. Counts per axis
+    !> are rounded; each point has the volume spacing^dimension.
+    !>
+    !> ERROR_ARGUMENT: dimension not 2 or 3, limits not finite or upside down, spacing not positive or
+    !> too large, too many points. ERROR_MEMORY. Since 0.1.
+    function perion_points_create_block(dimension, lower, upper, spacing, points) &
+        bind(c, name="perion_points_create_block")
+      import :: c_double, c_int32_t, c_ptr
+      integer(c_int32_t), value :: dimension
+      real(c_double), intent(in) :: lower(*)
+      real(c_double), intent(in) :: upper(*)
+      real(c_double), value :: spacing
+      type(c_ptr), intent(inout) :: points
+      integer(c_int32_t) :: perion_points_create_block
+    end function perion_points_create_block
+
+    !> Gives each point its own horizon (a length, `count` of them) in place of the model's.
+    !>
+    !> ERROR_ARGUMENT: count is not the number of points, a horizon that is not positive. Since 0.1.
+    function perion_points_set_horizons(points, count, horizons) &
+        bind(c, name="perion_points_set_horizons")
+      import :: c_double, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: points
+      integer(c_int64_t), value :: count
+      real(c_double), intent(in) :: horizons(*)
+      integer(c_int32_t) :: perion_points_set_horizons
+    end function perion_points_set_horizons
+
+    !> Names a set of points by their indices (from 0, `count` of them), whose order it keeps. The set
+    !> "all" exists from the start.
+    !>
+    !> ERROR_ARGUMENT: name empty, taken or longer than 255 bytes, count below 1, an index out of range
+    !> or given twice. Since 0.1.
+    function perion_points_add_set(points, name, count, indices) &
+        bind(c, name="perion_points_add_set")
+      import :: c_char, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: points
+      character(kind=c_char), intent(in) :: name(*)
+      integer(c_int64_t), value :: count
+      integer(c_int64_t), intent(in) :: indices(*)
+      integer(c_int32_t) :: perion_points_add_set
+    end function perion_points_add_set
+
+    !> Names the set of the points within a box, its faces included, in the order of the points. lower and
+    !> upper: one length an axis; infinite ones leave a side open.
+    !>
+    !> ERROR_ARGUMENT: as perion_points_add_set; a box upside down or without points. Since 0.1.
+    function perion_points_add_set_box(points, name, lower, upper) &
+        bind(c, name="perion_points_add_set_box")
+      import :: c_char, c_double, c_int32_t, c_ptr
+      type(c_ptr), value :: points
+      character(kind=c_char), intent(in) :: name(*)
+      real(c_double), intent(in) :: lower(*)
+      real(c_double), intent(in) :: upper(*)
+      integer(c_int32_t) :: perion_points_add_set_box
+    end function perion_points_add_set_box
+
+    !> Number of points. Since 0.1.
+    function perion_points_count(points, count) bind(c, name="perion_points_count")
+      import :: c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value, intent(in) :: points
+      integer(c_int64_t), intent(inout) :: count
+      integer(c_int32_t) :: perion_points_count
+    end function perion_points_count
+
+    !> Number of axes, 2 or 3. Since 0.1.
+    function perion_points_dimension(points, dimension) bind(c, name="perion_points_dimension")
+      import :: c_int32_t, c_ptr
+      type(c_ptr), value, intent(in) :: points
+      integer(c_int32_t), intent(inout) :: dimension
+      integer(c_int32_t) :: perion_points_dimension
+    end function perion_points_dimension
+
+    !> Number of points of a set. ERROR_ARGUMENT: no such set. Since 0.1.
+    function perion_points_set_size(points, name, count) bind(c, name="perion_points_set_size")
+      import :: c_char, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value, intent(in) :: points
+      character(kind=c_char), intent(in) :: name(*)
+      integer(c_int64_t), intent(inout) :: count
+      integer(c_int32_t) :: perion_points_set_size
+    end function perion_points_set_size
+
+    !> The indices of a set, from 0, in the set's order. count: the set's size.
+    !>
+    !> ERROR_ARGUMENT: no such set, or another count than its size. Since 0.1.
+    function perion_points_get_set(points, name, count, indices) &
+        bind(c, name="perion_points_get_set")
+      import :: c_char, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value, intent(in) :: points
+      character(kind=c_char), intent(in) :: name(*)
+      integer(c_int64_t), value :: count
+      integer(c_int64_t), intent(inout) :: indices(*)
+      integer(c_int32_t) :: perion_points_get_set
+    end function perion_points_get_set
+
+    !> The positions of all points (lengths), point after point. length: count x dimension.
+    !>
+    !> ERROR_ARGUMENT: another length. Since 0.1.
+    function perion_points_get_coordinates(points, coordinates, length) &
+        bind(c, name="perion_points_get_coordinates")
+      import :: c_double, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value, intent(in) :: points
+      real(c_double), intent(inout) :: coordinates(*)
+      integer(c_int64_t), value :: length
+      integer(c_int32_t) :: perion_points_get_coordinates
+    end function perion_points_get_coordinates
+
+    !> The volumes of all points; in 2D areas. length: the number of points.
+    !>
+    !> ERROR_ARGUMENT: another length. Since 0.1.
+    function perion_points_get_volumes(points, volumes, length) &
+        bind(c, name="perion_points_get_volumes")
+      import :: c_double, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value, intent(in) :: points
+      real(c_double), intent(inout) :: volumes(*)
+      integer(c_int64_t), value :: length
+      integer(c_int32_t) :: perion_points_get_volumes
+    end function perion_points_get_volumes
+
+    !> Frees the points and sets the pointer to NULL; NULL, or the address of NULL, is fine. Simulations
+    !> made of them keep their own copy. ERROR_STATE: another call is using them. Since 0.1.
+    function perion_points_destroy(points) bind(c, name="perion_points_destroy")
+      import :: c_int32_t, c_ptr
+      type(c_ptr), intent(inout) :: points
+      integer(c_int32_t) :: perion_points_destroy
+    end function perion_points_destroy
+
+    !> Makes a model of a formulation ("bond_based"), with nothing set.
+    !>
+    !> ERROR_ARGUMENT: unknown formulation; perion_last_error() names a similar one. Since 0.1.
+    function perion_model_create(formulation, model) bind(c, name="perion_model_create")
+      import :: c_char, c_int32_t, c_ptr
+      character(kind=c_char), intent(in) :: formulation(*)
+      type(c_ptr), intent(inout) :: model
+      integer(c_int32_t) :: perion_model_create
+    end function perion_model_create
+
+    !> Sets a number; perion_key_name lists the keys. Values are checked one by one here, and together
+    !> when a simulation is made.
+    !>
+    !> ERROR_ARGUMENT: unknown key (perion_last_error() names a similar one), a key that takes a choice,
+    !> a value out of its range. ERROR_UNSUPPORTED: a key the formulation does not take. Since 0.1.
+    function perion_model_set(model, key, value) bind(c, name="perion_model_set")
+      import :: c_char, c_double, c_int32_t, c_ptr
+      type(c_ptr), value :: model
+      character(kind=c_char), intent(in) :: key(*)
+      real(c_double), value :: value
+      integer(c_int32_t) :: perion_model_set
+    end function perion_model_set
+
+    !> The number last set for a key, or its default.
+    !>
+    !> ERROR_ARGUMENT: unknown key, or one that takes a choice. ERROR_STATE: not set, and without a
+    !> default. Since 0.1.
+    function perion_model_get(model, key, value) bind(c, name="perion_model_get")
+      import :: c_char, c_double, c_int32_t, c_ptr
+      type(c_ptr), value, intent(in) :: model
+      character(kind=c_char), intent(in) :: key(*)
+      real(c_double), intent(inout) :: value
+      integer(c_int32_t) :: perion_model_get
+    end function perion_model_get
+
+    !> Makes a choice; perion_key_choices lists them.
+    !>
+    !> ERROR_ARGUMENT: unknown key or choice, or a key that takes a number. ERROR_UNSUPPORTED: a key the
+    !> formulation does not take. Since 0.1.
+    function perion_model_choose(model, key, choice) bind(c, name="perion_model_choose")
+      import :: c_char, c_int32_t, c_ptr
+      type(c_ptr), value :: model
+      character(kind=c_char), intent(in) :: key(*)
+      character(kind=c_char), intent(in) :: choice(*)
+      integer(c_int32_t) :: perion_model_choose
+    end function perion_model_choose
+
+    !> Frees a model and sets the pointer to NULL; NULL, or the address of NULL, is fine. Simulations made
+    !> of it keep their own copy. ERROR_STATE: another call is using it. Since 0.1.
+    function perion_model_destroy(model) bind(c, name="perion_model_destroy")
+      import :: c_int32_t, c_ptr
+      type(c_ptr), intent(inout) :: model
+      integer(c_int32_t) :: perion_model_destroy
+    end function perion_model_destroy
+
+    !> Number of formulations. Since 0.1.
+    function perion_formulation_count() bind(c, name="perion_formulation_count")
+      import :: c_int64_t
+      integer(c_int64_t) :: perion_formulation_count
+    end function perion_formulation_count
+
+    !> Name of a formulation, index from 0; NULL when there is none. It lives as long as the library.
+    !> Since 0.1.
+    function perion_formulation_name(index) bind(c, name="perion_formulation_name")
+      import :: c_int64_t, c_ptr
+      integer(c_int64_t), value :: index
+      type(c_ptr) :: perion_formulation_name
+    end function perion_formulation_name
+
+    !> What a formulation is, in a line; NULL when there is none. Since 0.1.
+    function perion_formulation_description(index) bind(c, name="perion_formulation_description")
+      import :: c_int64_t, c_ptr
+      integer(c_int64_t), value :: index
+      type(c_ptr) :: perion_formulation_description
+    end function perion_formulation_description
+
+    !> Number of keys that models know. Since 0.1.
+    function perion_key_count() bind(c, name="perion_key_count")
+      import :: c_int64_t
+      integer(c_int64_t) :: perion_key_count
+    end function perion_key_count
+
+    !> Name of a key, index from 0; NULL when there is none. It lives as long as the library. Since 0.1.
+    function perion_key_name(index) bind(c, name="perion_key_name")
+      import :: c_int64_t, c_ptr
+      integer(c_int64_t), value :: index
+      type(c_ptr) :: perion_key_name
+    end function perion_key_name
+
+    !> Meaning of a key, its unit kind and the reason for its default; NULL when there is none. Since 0.1.
+    function perion_key_description(index) bind(c, name="perion_key_description")
+      import :: c_int64_t, c_ptr
+      integer(c_int64_t), value :: index
+      type(c_ptr) :: perion_key_description
+    end function perion_key_description
+
+    !> Default of a key as text, "" where it has none; NULL when there is no such key. Since 0.1.
+    function perion_key_default(index) bind(c, name="perion_key_default")
+      import :: c_int64_t, c_ptr
+      integer(c_int64_t), value :: index
+      type(c_ptr) :: perion_key_default
+    end function perion_key_default
+
+    !> Choices of a key with a bar between them ("strain|stress"), "" for a key that takes a number; NULL
+    !> when there is no such key. Since 0.1.
+    function perion_key_choices(index) bind(c, name="perion_key_choices")
+      import :: c_int64_t, c_ptr
+      integer(c_int64_t), value :: index
+      type(c_ptr) :: perion_key_choices
+    end function perion_key_choices
+
+    !> Brings points and a model together; both are copied and can be destroyed or used again.
+    !>
+    !> ERROR_ARGUMENT: the model lacks density, horizon or an elastic constant, or holds what does not fit
+    !> together or to the dimension. ERROR_MEMORY. Since 0.1.
+    function perion_simulation_create(points, model, simulation) &
+        bind(c, name="perion_simulation_create")
+      import :: c_int32_t, c_ptr
+      type(c_ptr), value, intent(in) :: points
+      type(c_ptr), value, intent(in) :: model
+      type(c_ptr), intent(inout) :: simulation
+      integer(c_int32_t) :: perion_simulation_create
+    end function perion_simulation_create
+
+    !> Gives the points of a set another material. All models of a simulation share the formulation and,
+    !> in 2D, the plane state. Belongs to set-up: before the first evaluate, step, stable_time_step or
+    !> derived field.
+    !>
+    !> ERROR_ARGUMENT: unknown set, or a model that could not stand alone. ERROR_UNSUPPORTED: another
+    !> formulation or plane state. ERROR_STATE: set-up has ended. Since 0.1.
+    function perion_simulation_assign_model(simulation, set, model) &
+        bind(c, name="perion_simulation_assign_model")
+      import :: c_char, c_int32_t, c_ptr
+      type(c_ptr), value :: simulation
+      character(kind=c_char), intent(in) :: set(*)
+      type(c_ptr), value, intent(in) :: model
+      integer(c_int32_t) :: perion_simulation_assign_model
+    end function perion_simulation_assign_model
+
+    !> Gives the bonds between two sets a critical energy release rate of their own (energy per area).
+    !> Belongs to set-up.
+    !>
+    !> ERROR_ARGUMENT: unknown set, a rate that is not positive. ERROR_STATE: set-up has ended. Since 0.1.
+    function perion_simulation_set_interface(simulation, set_a, set_b, &
+        critical_energy_release_rate) bind(c, name="perion_simulation_set_interface")
+      import :: c_char, c_double, c_int32_t, c_ptr
+      type(c_ptr), value :: simulation
+      character(kind=c_char), intent(in) :: set_a(*)
+      character(kind=c_char), intent(in) :: set_b(*)
+      real(c_double), value :: critical_energy_release_rate
+      integer(c_int32_t) :: perion_simulation_set_interface
+    end function perion_simulation_set_interface
+
+    !> Lets no bond break by its stretch that has an end in the set; the host can still break it.
+    !>
+    !> ERROR_ARGUMENT: unknown set. Since 0.1.
+    function perion_simulation_forbid_failure(simulation, set) &
+        bind(c, name="perion_simulation_forbid_failure")
+      import :: c_char, c_int32_t, c_ptr
+      type(c_ptr), value :: simulation
+      character(kind=c_char), intent(in) :: set(*)
+      integer(c_int32_t) :: perion_simulation_forbid_failure
+    end function perion_simulation_forbid_failure
+
+    !> Sets the number of threads, 1 to 4096. Results do not depend on it, to the last bit. The default is
+    !> PERION_NUM_THREADS, else OMP_NUM_THREADS, else all cores.
+    !>
+    !> ERROR_ARGUMENT: out of range. ERROR_STATE: the threads could not be started. Since 0.1.
+    function perion_simulation_set_threads(simulation, threads) &
+        bind(c, name="perion_simulation_set_threads")
+      import :: c_int32_t, c_ptr
+      type(c_ptr), value :: simulation
+      integer(c_int32_t), value :: threads
+      integer(c_int32_t) :: perion_simulation_set_threads
+    end function perion_simulation_set_threads
+
+    !> Frees a simulation, ends its threads and sets the pointer to NULL; NULL, or the address of NULL, is
+    !> fine. ERROR_STATE: another call is using it, such as the one whose callback this is. Since 0.1.
+    function perion_simulation_destroy(simulation) bind(c, name="perion_simulation_destroy")
+      import :: c_int32_t, c_ptr
+      type(c_ptr), intent(inout) :: simulation
+      integer(c_int32_t) :: perion_simulation_destroy
+    end function perion_simulation_destroy
+
+    !> Breaks the bonds of `count` pairs of points for good; pairs: [count][2] indices from 0. Pairs
+    !> without a bond are passed over. Allowed at any time; what the bonds held is dissipated.
+    !>
+    !> ERROR_ARGUMENT: an index out of range, a point paired with itself. Since 0.1.
+    function perion_simulation_break_bonds(simulation, count, pairs) &
+        bind(c, name="perion_simulation_break_bonds")
+      import :: c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: simulation
+      integer(c_int64_t), value :: count
+      integer(c_int64_t), intent(in) :: pairs(*)
+      integer(c_int32_t) :: perion_simulation_break_bonds
+    end function perion_simulation_break_bonds
+
+    !> Breaks every bond that crosses a planar polygon (3D, at least 3 vertices) or a segment (2D, 2
+    !> vertices) for good. vertices: [vertex_count][dimension] lengths in the reference configuration.
+    !> Points within 1e-9 spacings of the plane belong to its positive side; the rim belongs to the crack;
+    !> bonds within the plane stay.
+    !>
+    !> ERROR_ARGUMENT: too few or too many vertices, ones not finite or not in a plane, no extent. Since 0.1.
+    function perion_simulation_break_crossing(simulation, vertex_count, vertices) &
+        bind(c, name="perion_simulation_break_crossing")
+      import :: c_double, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: simulation
+      integer(c_int64_t), value :: vertex_count
+      real(c_double), intent(in) :: vertices(*)
+      integer(c_int32_t) :: perion_simulation_break_crossing
+    end function perion_simulation_break_crossing
+
+    !> Sets the integrity of the bonds of `count` pairs of points: 1 intact, 0 broken. pairs: [count][2]
+    !> indices from 0; values: [count]. A broken bond stays broken; pairs without a bond are passed over.
+    !>
+    !> ERROR_ARGUMENT: an index out of range, a point paired with itself, a value outside 0 to 1. Since 0.1.
+    function perion_simulation_set_bond_integrity(simulation, count, pairs, values) &
+        bind(c, name="perion_simulation_set_bond_integrity")
+      import :: c_double, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: simulation
+      integer(c_int64_t), value :: count
+      integer(c_int64_t), intent(in) :: pairs(*)
+      real(c_double), intent(in) :: values(*)
+      integer(c_int32_t) :: perion_simulation_set_bond_integrity
+    end function perion_simulation_set_bond_integrity
+
+    !> Lists all bonds, broken ones too, each once: pairs [count][2] indices from 0, stretch [count] at the
+    !> current displacement, integrity [count] (1 intact, 0 broken). An array that is NULL is left out;
+    !> capacity: how many bonds the arrays have room for, 0 to ask for the count alone.
+    !>
+    !> ERROR_ARGUMENT: capacity below the count and not 0. Since 0.1.
+    function perion_simulation_get_bonds(simulation, capacity, pairs_or_null, stretch_or_null, &
+        integrity_or_null, count) bind(c, name="perion_simulation_get_bonds")
+      import :: c_double, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value, intent(in) :: simulation
+      integer(c_int64_t), value :: capacity
+      integer(c_int64_t), optional, intent(inout) :: pairs_or_null(*)
+      real(c_double), optional, intent(inout) :: stretch_or_null(*)
+      real(c_double), optional, intent(inout) :: integrity_or_null(*)
+      integer(c_int64_t), intent(inout) :: count
+      integer(c_int32_t) :: perion_simulation_get_bonds
+    end function perion_simulation_get_bonds
+
+    !> Number of bonds, broken or not, each counted once. Since 0.1.
+    function perion_simulation_bond_count(simulation, count) &
+        bind(c, name="perion_simulation_bond_count")
+      import :: c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value, intent(in) :: simulation
+      integer(c_int64_t), intent(inout) :: count
+      integer(c_int32_t) :: perion_simulation_bond_count
+    end function perion_simulation_bond_count
+
+    !> Prescribes a constant on a set along an axis (from 0), from the next step on. Per point and axis the
+    !> last displacement or velocity wins and replaces the other for good; body forces of different sets
+    !> add, the same set and axis replaces. A displacement is where the point is put at once at the end of
+    !> the next step: ramp it by a table for smooth loading.
+    !>
+    !> ERROR_ARGUMENT: unknown set or quantity, axis out of range, value not finite. Since 0.1.
+    function perion_simulation_prescribe(simulation, set, quantity, axis, value) &
+        bind(c, name="perion_simulation_prescribe")
+      import :: c_char, c_double, c_int32_t, c_ptr
+      type(c_ptr), value :: simulation
+      character(kind=c_char), intent(in) :: set(*)
+      integer(c_int32_t), value :: quantity
+      integer(c_int32_t), value :: axis
+      real(c_double), value :: value
+      integer(c_int32_t) :: perion_simulation_prescribe
+    end function perion_simulation_prescribe
+
+    !> Prescribes a table over time: linear between its times, constant outside. times: [count],
+    !> increasing; values: [count]. Both are copied.
+    !>
+    !> ERROR_ARGUMENT: as perion_simulation_prescribe; count below 1, times that do not increase. Since 0.1.
+    function perion_simulation_prescribe_table(simulation, set, quantity, axis, count, times, &
+        values) bind(c, name="perion_simulation_prescribe_table")
+      import :: c_char, c_double, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: simulation
+      character(kind=c_char), intent(in) :: set(*)
+      integer(c_int32_t), value :: quantity
+      integer(c_int32_t), value :: axis
+      integer(c_int64_t), value :: count
+      real(c_double), intent(in) :: times(*)
+      real(c_double), intent(in) :: values(*)
+      integer(c_int32_t) :: perion_simulation_prescribe_table
+    end function perion_simulation_prescribe_table
+
+    !> Prescribes a function of time and place, asked once per time that a step needs: displacements at the
+    !> step's end, velocities at its middle and end, body forces at its end (and at the first step's
+    !> beginning). `user` is handed back to it.
+    !>
+    !> ERROR_NULL: no function. ERROR_ARGUMENT: as perion_simulation_prescribe. A value that is not finite
+    !> ends a later step with ERROR_NUMERIC. Since 0.1.
+    function perion_simulation_prescribe_function(simulation, set, quantity, axis, function, user) &
+        bind(c, name="perion_simulation_prescribe_function")
+      import :: c_char, c_funptr, c_int32_t, c_ptr
+      type(c_ptr), value :: simulation
+      character(kind=c_char), intent(in) :: set(*)
+      integer(c_int32_t), value :: quantity
+      integer(c_int32_t), value :: axis
+      type(c_funptr), value :: function
+      type(c_ptr), value :: user
+      integer(c_int32_t) :: perion_simulation_prescribe_function
+    end function perion_simulation_prescribe_function
+
+    !> Prescribes one value a point of the set, in the set's order; copied and held until replaced.
+    !>
+    !> ERROR_ARGUMENT: as perion_simulation_prescribe; count is not the set's size. Since 0.1.
+    function perion_simulation_prescribe_values(simulation, set, quantity, axis, count, values) &
+        bind(c, name="perion_simulation_prescribe_values")
+      import :: c_char, c_double, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: simulation
+      character(kind=c_char), intent(in) :: set(*)
+      integer(c_int32_t), value :: quantity
+      integer(c_int32_t), value :: axis
+      integer(c_int64_t), value :: count
+      real(c_double), intent(in) :: values(*)
+      integer(c_int32_t) :: perion_simulation_prescribe_values
+    end function perion_simulation_prescribe_values
+
+    !> Ends what was prescribed on a set along an axis; the points are free there from the next step on.
+    !>
+    !> ERROR_ARGUMENT: nothing is prescribed there, or other sets have taken all its points. Since 0.1.
+    function perion_simulation_release(simulation, set, quantity, axis) &
+        bind(c, name="perion_simulation_release")
+      import :: c_char, c_int32_t, c_ptr
+      type(c_ptr), value :: simulation
+      character(kind=c_char), intent(in) :: set(*)
+      integer(c_int32_t), value :: quantity
+      integer(c_int32_t), value :: axis
+      integer(c_int32_t) :: perion_simulation_release
+    end function perion_simulation_release
+
+    !> Copies a field of all points to the host, point after point in the host's order. length: number of
+    !> points, times the dimension for vectors. Derived fields are computed when asked for.
+    !>
+    !> ERROR_ARGUMENT: unknown field, another length. ERROR_STATE: ACCELERATION, REACTION or BODY_FORCE of
+    !> conditions after a change of state or conditions; evaluate first. ERROR_NUMERIC: a force that is not
+    !> finite. ERROR_MEMORY. Since 0.1.
+    function perion_simulation_get(simulation, field, values, length) &
+        bind(c, name="perion_simulation_get")
+      import :: c_double, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value, intent(in) :: simulation
+      integer(c_int32_t), value :: field
+      real(c_double), intent(inout) :: values(*)
+      integer(c_int64_t), value :: length
+      integer(c_int32_t) :: perion_simulation_get
+    end function perion_simulation_get
+
+    !> Sets DISPLACEMENT, POSITION, VELOCITY or the host's BODY_FORCE of all points, point after point in the
+    !> host's order. length: number of points times the dimension. Nothing is set unless all values are
+    !> finite.
+    !>
+    !> ERROR_ARGUMENT: unknown field, another length, a value that is not finite. ERROR_UNSUPPORTED: a field
+    !> that cannot be set. ERROR_MEMORY. Since 0.1.
+    function perion_simulation_set(simulation, field, values, length) &
+        bind(c, name="perion_simulation_set")
+      import :: c_double, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: simulation
+      integer(c_int32_t), value :: field
+      real(c_double), intent(in) :: values(*)
+      integer(c_int64_t), value :: length
+      integer(c_int32_t) :: perion_simulation_set
+    end function perion_simulation_set
+
+    !> As perion_simulation_get for the points of a set in its order (NULL: all points), with `stride`
+    !> doubles from one point to the next; what lies between is not touched. count: number of these points.
+    !>
+    !> ERROR_ARGUMENT: also unknown set, another count, stride below the numbers of a point. Since 0.1.
+    function perion_simulation_get_strided(simulation, set_or_null, field, values, count, stride) &
+        bind(c, name="perion_simulation_get_strided")
+      import :: c_char, c_double, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value, intent(in) :: simulation
+      character(kind=c_char), optional, intent(in) :: set_or_null(*)
+      integer(c_int32_t), value :: field
+      real(c_double), intent(inout) :: values(*)
+      integer(c_int64_t), value :: count
+      integer(c_int64_t), value :: stride
+      integer(c_int32_t) :: perion_simulation_get_strided
+    end function perion_simulation_get_strided
+
+    !> As perion_simulation_set for the points of a set in its order (NULL: all points), with `stride`
+    !> doubles from one point to the next. count: number of these points.
+    !>
+    !> ERROR_ARGUMENT: also unknown set, another count, stride below the dimension. Since 0.1.
+    function perion_simulation_set_strided(simulation, set_or_null, field, values, count, stride) &
+        bind(c, name="perion_simulation_set_strided")
+      import :: c_char, c_double, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: simulation
+      character(kind=c_char), optional, intent(in) :: set_or_null(*)
+      integer(c_int32_t), value :: field
+      real(c_double), intent(in) :: values(*)
+      integer(c_int64_t), value :: count
+      integer(c_int64_t), value :: stride
+      integer(c_int32_t) :: perion_simulation_set_strided
+    end function perion_simulation_set_strided
+
+    !> Sums a field over a set (NULL: all points), into `dimension` numbers for vectors, else one. A
+    !> force-displacement curve is the sum of REACTION over the held end, step by step.
+    !>
+    !> ERROR_ARGUMENT: unknown field or set; otherwise as perion_simulation_get. Since 0.1.
+    function perion_simulation_sum(simulation, field, set_or_null, components) &
+        bind(c, name="perion_simulation_sum")
+      import :: c_char, c_double, c_int32_t, c_ptr
+      type(c_ptr), value, intent(in) :: simulation
+      integer(c_int32_t), value :: field
+      character(kind=c_char), optional, intent(in) :: set_or_null(*)
+      real(c_double), intent(inout) :: components(*)
+      integer(c_int32_t) :: perion_simulation_sum
+    end function perion_simulation_sum
+
+    !> Clears the struct and sets its size. Since 0.1.
+    subroutine perion_view_init(view) bind(c, name="perion_view_init")
+      import :: perion_view
+      type(perion_view), intent(inout) :: view
+    end subroutine perion_view_init
+
+    !> Lends the host DISPLACEMENT, VELOCITY or its own BODY_FORCE to read and write. Until all views are
+    !> returned, calls that change the simulation give ERROR_STATE.
+    !>
+    !> ERROR_ARGUMENT: struct_size not set or too small for a view, unknown field. ERROR_UNSUPPORTED: a field
+    !> that cannot be lent. ERROR_MEMORY. Since 0.1.
+    function perion_simulation_borrow(simulation, field, view) &
+        bind(c, name="perion_simulation_borrow")
+      import :: c_int32_t, c_ptr, perion_view
+      type(c_ptr), value :: simulation
+      integer(c_int32_t), value :: field
+      type(perion_view), intent(inout) :: view
+      integer(c_int32_t) :: perion_simulation_borrow
+    end function perion_simulation_borrow
+
+    !> Lends the host DISPLACEMENT, VELOCITY, ACCELERATION or INTERNAL_FORCE to read only.
+    !>
+    !> ERROR_ARGUMENT: as perion_simulation_borrow. ERROR_STATE: ACCELERATION or INTERNAL_FORCE after a change;
+    !> evaluate first. ERROR_UNSUPPORTED: a field that is computed when asked for; get it. Since 0.1.
+    function perion_simulation_borrow_const(simulation, field, view) &
+        bind(c, name="perion_simulation_borrow_const")
+      import :: c_int32_t, c_ptr, perion_view
+      type(c_ptr), value, intent(in) :: simulation
+      integer(c_int32_t), value :: field
+      type(perion_view), intent(inout) :: view
+      integer(c_int32_t) :: perion_simulation_borrow_const
+    end function perion_simulation_borrow_const
+
+    !> Returns a borrowed view and clears it.
+    !>
+    !> ERROR_ARGUMENT: not a view that this simulation has lent and not yet got back. ERROR_NUMERIC: the host
+    !> has written a value that is not finite (the message names the point); the view stays borrowed, mend
+    !> it and return it again. Since 0.1.
+    function perion_simulation_return(simulation, view) bind(c, name="perion_simulation_return")
+      import :: c_int32_t, c_ptr, perion_view
+      type(c_ptr), value :: simulation
+      type(perion_view), intent(inout) :: view
+      integer(c_int32_t) :: perion_simulation_return
+    end function perion_simulation_return
+
+    !> Computes the internal force at the current displacement with bonds as they are, and from it and the
+    !> loads at the current time acceleration and reactions. Breaks nothing, advances nothing.
+    !>
+    !> ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_NUMERIC: a force that is not finite; the
+    !> message names the point. ERROR_INTERRUPTED: a function stopped. ERROR_MEMORY. Since 0.1.
+    function perion_simulation_evaluate(simulation) bind(c, name="perion_simulation_evaluate")
+      import :: c_int32_t, c_ptr
+      type(c_ptr), value :: simulation
+      integer(c_int32_t) :: perion_simulation_evaluate
+    end function perion_simulation_evaluate
+
+    !> Accepts the current displacement as a completed step of a host that steps itself: breaks the bonds
+    !> stretched beyond their limit, adds up what they held, and moves the clock on by time_step (0 is
+    !> allowed). For velocity Verlet: set the displacement, commit, evaluate.
+    !>
+    !> ERROR_ARGUMENT: time_step negative or not finite. ERROR_NUMERIC. ERROR_MEMORY. Since 0.1.
+    function perion_simulation_commit(simulation, time_step) &
+        bind(c, name="perion_simulation_commit")
+      import :: c_double, c_int32_t, c_ptr
+      type(c_ptr), value :: simulation
+      real(c_double), value :: time_step
+      integer(c_int32_t) :: perion_simulation_commit
+    end function perion_simulation_commit
+
+    !> A time step at which step() is stable whatever bonds break; the true limit may be up to twice as
+    !> large. DBL_MAX where no bond acts. Leaves the state as it is.
+    !>
+    !> ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
+    function perion_simulation_stable_time_step(simulation, time_step) &
+        bind(c, name="perion_simulation_stable_time_step")
+      import :: c_double, c_int32_t, c_ptr
+      type(c_ptr), value :: simulation
+      real(c_double), intent(inout) :: time_step
+      integer(c_int32_t) :: perion_simulation_stable_time_step
+    end function perion_simulation_stable_time_step
+
+    !> Makes `steps` velocity Verlet steps: predict, break bonds, force, correct. A failure leaves the
+    !> simulation as the last completed step left it; perion_simulation_step_count says which. Above the
+    !> stable step it warns through the log and in health.
+    !>
+    !> ERROR_ARGUMENT: time_step not positive and finite or more than 10 times the stable one, steps below
+    !> 0. ERROR_NUMERIC: a motion that is not finite; the message names the point. ERROR_INTERRUPTED: a
+    !> callback stopped. ERROR_MEMORY. Since 0.1.
+    function perion_simulation_step(simulation, time_step, steps) &
+        bind(c, name="perion_simulation_step")
+      import :: c_double, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: simulation
+      real(c_double), value :: time_step
+      integer(c_int64_t), value :: steps
+      integer(c_int32_t) :: perion_simulation_step
+    end function perion_simulation_step
+
+    !> Sets the callback that step() tells of its progress, NULL for none; `user` is handed back to it.
+    !> Since 0.1.
+    function perion_simulation_set_progress(simulation, callback, user) &
+        bind(c, name="perion_simulation_set_progress")
+      import :: c_funptr, c_int32_t, c_ptr
+      type(c_ptr), value :: simulation
+      type(c_funptr), value :: callback
+      type(c_ptr), value :: user
+      integer(c_int32_t) :: perion_simulation_set_progress
+    end function perion_simulation_set_progress
+
+    !> Sets the callback that takes messages, NULL for none (the default: silence); `user` is handed back
+    !> to it. Since 0.1.
+    function perion_simulation_set_log(simulation, callback, user) &
+        bind(c, name="perion_simulation_set_log")
+      import :: c_funptr, c_int32_t, c_ptr
+      type(c_ptr), value :: simulation
+      type(c_funptr), value :: callback
+      type(c_ptr), value :: user
+      integer(c_int32_t) :: perion_simulation_set_log
+    end function perion_simulation_set_log
+
+    !> Time of the last completed step. Since 0.1.
+    function perion_simulation_time(simulation, time) bind(c, name="perion_simulation_time")
+      import :: c_double, c_int32_t, c_ptr
+      type(c_ptr), value, intent(in) :: simulation
+      real(c_double), intent(inout) :: time
+      integer(c_int32_t) :: perion_simulation_time
+    end function perion_simulation_time
+
+    !> Sets the clock, along which tables and functions are asked. ERROR_ARGUMENT: not finite. Since 0.1.
+    function perion_simulation_set_time(simulation, time) &
+        bind(c, name="perion_simulation_set_time")
+      import :: c_double, c_int32_t, c_ptr
+      type(c_ptr), value :: simulation
+      real(c_double), value :: time
+      integer(c_int32_t) :: perion_simulation_set_time
+    end function perion_simulation_set_time
+
+    !> Number of completed steps, commits included. Since 0.1.
+    function perion_simulation_step_count(simulation, count) &
+        bind(c, name="perion_simulation_step_count")
+      import :: c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value, intent(in) :: simulation
+      integer(c_int64_t), intent(inout) :: count
+      integer(c_int32_t) :: perion_simulation_step_count
+    end function perion_simulation_step_count
+
+    !> Clears the struct and sets its size. Since 0.1.
+    subroutine perion_energy_init(energy) bind(c, name="perion_energy_init")
+      import :: perion_energy
+      type(perion_energy), intent(inout) :: energy
+    end subroutine perion_energy_init
+
+    !> Clears the struct and sets its size. Since 0.1.
+    subroutine perion_health_init(health) bind(c, name="perion_health_init")
+      import :: perion_health
+      type(perion_health), intent(inout) :: health
+    end subroutine perion_health_init
+
+    !> Clears the struct and sets its size. Since 0.1.
+    subroutine perion_memory_init(memory) bind(c, name="perion_memory_init")
+      import :: perion_memory
+      type(perion_memory), intent(inout) :: memory
+    end subroutine perion_memory_init
+
+    !> The energy balance; costs a sweep over the bonds.
+    !>
+    !> ERROR_ARGUMENT: struct_size not set. ERROR_MEMORY. Since 0.1.
+    function perion_simulation_energy(simulation, energy) bind(c, name="perion_simulation_energy")
+      import :: c_int32_t, c_ptr, perion_energy
+      type(c_ptr), value, intent(in) :: simulation
+      type(perion_energy), intent(inout) :: energy
+      integer(c_int32_t) :: perion_simulation_energy
+    end function perion_simulation_energy
+
+    !> What to look at before trusting a result: isolated and detached points, broken bonds, time step.
+    !>
+    !> ERROR_ARGUMENT: struct_size not set, the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
+    function perion_simulation_health(simulation, health) bind(c, name="perion_simulation_health")
+      import :: c_int32_t, c_ptr, perion_health
+      type(c_ptr), value, intent(in) :: simulation
+      type(perion_health), intent(inout) :: health
+      integer(c_int32_t) :: perion_simulation_health
+    end function perion_simulation_health
+
+    !> Heap bytes held. ERROR_ARGUMENT: struct_size not set. Since 0.1.
+    function perion_simulation_memory(simulation, memory) bind(c, name="perion_simulation_memory")
+      import :: c_int32_t, c_ptr, perion_memory
+      type(c_ptr), value, intent(in) :: simulation
+      type(perion_memory), intent(inout) :: memory
+      integer(c_int32_t) :: perion_simulation_memory
+    end function perion_simulation_memory
+
+    !> Writes the current positions and `field_count` fields as a .vtu file for ParaView; an older file is
+    !> replaced as a whole, or kept when this fails.
+    !>
+    !> ERROR_IO: it cannot be written. ERROR_ARGUMENT: unknown field, or one named twice; otherwise as
+    !> perion_simulation_get. Since 0.1.
+    function perion_simulation_write_vtk(simulation, path, field_count, fields) &
+        bind(c, name="perion_simulation_write_vtk")
+      import :: c_char, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value, intent(in) :: simulation
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int64_t), value :: field_count
+      integer(c_int32_t), intent(in) :: fields(*)
+      integer(c_int32_t) :: perion_simulation_write_vtk
+    end function perion_simulation_write_vtk
+
+    !> Writes the next .vtu of a series, NAME_000000.vtu and so on, beside NAME.pvd, which lists them with
+    !> their times and is what to open in ParaView. The series starts anew with each simulation.
+    !>
+    !> ERROR_ARGUMENT: pvd_path does not end in .pvd; otherwise as perion_simulation_write_vtk. Since 0.1.
+    function perion_simulation_write_series(simulation, pvd_path, field_count, fields) &
+        bind(c, name="perion_simulation_write_series")
+      import :: c_char, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value, intent(in) :: simulation
+      character(kind=c_char), intent(in) :: pvd_path(*)
+      integer(c_int64_t), value :: field_count
+      integer(c_int32_t), intent(in) :: fields(*)
+      integer(c_int32_t) :: perion_simulation_write_series
+    end function perion_simulation_write_series
+
+  end interface
+
+end module perion_c

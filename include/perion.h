@@ -1,0 +1,1043 @@
+/*
+ * Perion: the peridynamics core.
+ *
+ * Generated from src/ffi by cbindgen; do not edit. `make bindings` writes it anew.
+ */
+
+#ifndef PERION_H
+#define PERION_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/**
+ * Major number of this header's version.
+ */
+#define PERION_VERSION_MAJOR 0
+
+/**
+ * Minor number of this header's version.
+ */
+#define PERION_VERSION_MINOR 1
+
+/**
+ * Patch number of this header's version.
+ */
+#define PERION_VERSION_PATCH 0
+
+/**
+ * Version of this header's binary interface; a library with another one cannot be used with it.
+ */
+#define PERION_ABI_VERSION 0
+
+/**
+ * A formulation with its material and options.
+ */
+typedef struct perion_model perion_model;
+
+/**
+ * A cloud of points with volumes, optional horizons and named sets.
+ */
+typedef struct perion_points perion_points;
+
+/**
+ * A body of points that moves under a model.
+ */
+typedef struct perion_simulation perion_simulation;
+
+/**
+ * What every fallible call returns: PERION_OK, or the kind of failure; perion_last_error() has the
+ * text. Since 0.1.
+ */
+typedef int32_t perion_status;
+
+/**
+ * What a condition prescribes.
+ */
+typedef int32_t perion_quantity;
+
+/**
+ * A function that the host prescribes: fills values[count] at `time` for the points of its set, whose
+ * reference positions [count][dimension] come in the set's order. Runs on the calling thread, with the
+ * host's floating-point environment; must not throw or jump out, and may not call anything on the
+ * simulation. A result other than 0 stops the run (ERROR_INTERRUPTED).
+ */
+typedef int (*perion_function)(void *user,
+                               double time,
+                               int64_t count,
+                               const double *reference_positions,
+                               double *values);
+
+/**
+ * A quantity that every point has. Vectors have one number an axis; all others have one.
+ */
+typedef int32_t perion_field;
+
+/**
+ * A field in the library's own memory and inner order. Component c of the host's point p is
+ * data[place * point_stride + c * component_stride], place = slot ? slot[p] : p. Valid until returned.
+ * Let perion_view_init set struct_size.
+ */
+typedef struct perion_view {
+    /**
+     * Bytes of the caller's struct.
+     */
+    int64_t struct_size;
+    /**
+     * the values
+     */
+    double *data;
+    /**
+     * inner place of each of the host's points; NULL when the orders are the same
+     */
+    const int64_t *slot;
+    /**
+     * number of points
+     */
+    int64_t count;
+    /**
+     * numbers a point
+     */
+    int64_t components;
+    /**
+     * doubles from one point to the next
+     */
+    int64_t point_stride;
+    /**
+     * doubles from one component to the next
+     */
+    int64_t component_stride;
+    /**
+     * which borrowing this is
+     */
+    int64_t generation;
+} perion_view;
+
+/**
+ * Told after each step: `done` of `total` steps of this run, and the time. It runs on the calling
+ * thread with the host's floating-point environment; it must not throw or jump out. It may make const
+ * calls on its simulation, write_vtk and write_series among them; others give ERROR_STATE. A result
+ * other than 0 stops the run (ERROR_INTERRUPTED).
+ */
+typedef int (*perion_progress)(void *user, int64_t done, int64_t total, double time);
+
+/**
+ * How much a message matters.
+ */
+typedef int32_t perion_log_level;
+
+/**
+ * Takes messages of the library, on the calling thread; the text lives for the call. It must not
+ * throw, jump out, or call anything on the simulation.
+ */
+typedef void (*perion_log)(void *user, perion_log_level level, const char *message);
+
+/**
+ * The energy of a simulation, in units of energy. Let perion_energy_init set struct_size.
+ */
+typedef struct perion_energy {
+    /**
+     * Bytes of the caller's struct.
+     */
+    int64_t struct_size;
+    /**
+     * sum 1/2 rho V v^2
+     */
+    double kinetic;
+    /**
+     * sum V W, what the bonds hold
+     */
+    double elastic;
+    /**
+     * what broken or weakened bonds held
+     */
+    double dissipated;
+    /**
+     * work of body forces, and of what holds prescribed points
+     */
+    double external_work;
+    /**
+     * kinetic + elastic + dissipated that neither external work nor the start accounts for; above 0:
+     * energy came out of nothing
+     */
+    double closure_error;
+} perion_energy;
+
+/**
+ * What to look at before trusting a result. Let perion_health_init set struct_size.
+ */
+typedef struct perion_health {
+    /**
+     * Bytes of the caller's struct.
+     */
+    int64_t struct_size;
+    /**
+     * points without a neighbour in the reference configuration
+     */
+    int64_t isolated_points;
+    /**
+     * the first of them, -1 for none
+     */
+    int64_t first_isolated_point;
+    /**
+     * points that had neighbours and have lost all bonds
+     */
+    int64_t detached_points;
+    /**
+     * the first of them, -1 for none
+     */
+    int64_t first_detached_point;
+    /**
+     * bonds in all
+     */
+    int64_t bonds;
+    /**
+     * bonds broken
+     */
+    int64_t broken_bonds;
+    /**
+     * last time step over the stable one; 0 before the first step
+     */
+    double time_step_ratio;
+} perion_health;
+
+/**
+ * Heap bytes that a simulation holds. Let perion_memory_init set struct_size.
+ */
+typedef struct perion_memory {
+    /**
+     * Bytes of the caller's struct.
+     */
+    int64_t struct_size;
+    /**
+     * points, their order, sets, places and materials
+     */
+    int64_t points;
+    /**
+     * bonds, their state and when they break; 0 before set-up has ended
+     */
+    int64_t bonds;
+    /**
+     * displacement, velocity, acceleration, forces, dissipated energy
+     */
+    int64_t state;
+    /**
+     * all of it
+     */
+    int64_t total;
+} perion_memory;
+
+/**
+ * The call did what it says.
+ */
+#define PERION_OK 0
+
+/**
+ * A pointer that must not be NULL is NULL.
+ */
+#define PERION_ERROR_NULL 1
+
+/**
+ * A value, a count, a name or a combination of them is not allowed; nothing was changed.
+ */
+#define PERION_ERROR_ARGUMENT 2
+
+/**
+ * The call does not fit the state of the handle, or the handle is in use by another call.
+ */
+#define PERION_ERROR_STATE 3
+
+/**
+ * The memory that the call needs could not be had; the handle is unchanged.
+ */
+#define PERION_ERROR_MEMORY 4
+
+/**
+ * A file could not be read or written.
+ */
+#define PERION_ERROR_IO 5
+
+/**
+ * A file was read, but what is in it is not understood.
+ */
+#define PERION_ERROR_FORMAT 6
+
+/**
+ * A computed quantity is not finite; the text names the point.
+ */
+#define PERION_ERROR_NUMERIC 7
+
+/**
+ * An iteration did not converge; the state is that of the last completed step.
+ */
+#define PERION_ERROR_CONVERGENCE 8
+
+/**
+ * A callback asked to stop.
+ */
+#define PERION_ERROR_INTERRUPTED 9
+
+/**
+ * The request makes sense but is not offered; the text says what is.
+ */
+#define PERION_ERROR_UNSUPPORTED 10
+
+/**
+ * An earlier internal error left the handle unusable: get, save and destroy still work.
+ */
+#define PERION_ERROR_POISONED 11
+
+/**
+ * A defect of the library: please report the text.
+ */
+#define PERION_ERROR_INTERNAL 12
+
+/**
+ * Displacement, a length.
+ */
+#define PERION_QUANTITY_DISPLACEMENT 1
+
+/**
+ * Velocity.
+ */
+#define PERION_QUANTITY_VELOCITY 2
+
+/**
+ * Force per reference volume.
+ */
+#define PERION_QUANTITY_BODY_FORCE 3
+
+/**
+ * Position in the reference configuration, a length; a vector.
+ */
+#define PERION_FIELD_REFERENCE_POSITION 1
+
+/**
+ * Current position, a length; a vector. Can be set.
+ */
+#define PERION_FIELD_POSITION 2
+
+/**
+ * Displacement, a length; a vector. Can be set.
+ */
+#define PERION_FIELD_DISPLACEMENT 3
+
+/**
+ * Velocity; a vector. Can be set.
+ */
+#define PERION_FIELD_VELOCITY 4
+
+/**
+ * Acceleration; a vector, 0 where displacement or velocity is prescribed.
+ */
+#define PERION_FIELD_ACCELERATION 5
+
+/**
+ * Internal force per reference volume; a vector.
+ */
+#define PERION_FIELD_INTERNAL_FORCE 6
+
+/**
+ * Body force per reference volume, the host's and that of conditions; a vector. Setting it replaces
+ * the host's share, to which that of conditions adds.
+ */
+#define PERION_FIELD_BODY_FORCE 7
+
+/**
+ * Force that holds prescribed components; a vector, 0 elsewhere.
+ */
+#define PERION_FIELD_REACTION 8
+
+/**
+ * Volume; in 2D area times thickness.
+ */
+#define PERION_FIELD_VOLUME 9
+
+/**
+ * Mass per volume.
+ */
+#define PERION_FIELD_DENSITY 10
+
+/**
+ * Share of the volume of a point's family that broken bonds have cost it, 0 to 1.
+ */
+#define PERION_FIELD_DAMAGE 11
+
+/**
+ * Energy of the bonds per reference volume.
+ */
+#define PERION_FIELD_STRAIN_ENERGY_DENSITY 12
+
+/**
+ * Energy that broken bonds held, per reference volume.
+ */
+#define PERION_FIELD_DISSIPATED_ENERGY_DENSITY 14
+
+/**
+ * Number of points within the point's own horizon.
+ */
+#define PERION_FIELD_NEIGHBOR_COUNT 23
+
+/**
+ * Time step by the usual formula, a time; not a bound.
+ */
+#define PERION_FIELD_TIME_STEP_ESTIMATE 24
+
+/**
+ * Something the host should look at.
+ */
+#define PERION_LOG_LEVEL_WARNING 1
+
+/**
+ * Something that helps to follow what happens.
+ */
+#define PERION_LOG_LEVEL_INFORMATION 2
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/**
+ * Version of the library in use: 10000 major + 100 minor + patch.
+ */
+int32_t perion_version(void);
+
+/**
+ * Version of the binary interface of the library in use.
+ */
+int32_t perion_abi_version(void);
+
+/**
+ * Version of the library in use as text, "0.1.0". The text lives as long as the library.
+ */
+const char *perion_version_string(void);
+
+/**
+ * How the library was built, in a line. The text lives as long as the library.
+ */
+const char *perion_build_info(void);
+
+/**
+ * Whether the library has an optional feature. Known are "threads" (it has) and "ranks" (not yet);
+ * false for NULL and anything else.
+ */
+bool perion_has_feature(const char *name);
+
+/**
+ * Two or three words for a status number, "unknown status" for a number that is none. The text is
+ * static: valid for ever, not to be freed. Since 0.1.
+ */
+const char *perion_status_string(perion_status status);
+
+/**
+ * The last failure on the calling thread as one line of text: function, argument, value, limit,
+ * what to do; "" when nothing has failed. A later success leaves it. The buffer belongs to the
+ * thread: the next failure overwrites it, the end of the thread ends it. Since 0.1.
+ */
+const char *perion_last_error(void);
+
+/**
+ * Makes points from the host's arrays, which are copied.
+ *
+ * coordinates: lengths, `dimension` of them a point, `stride` doubles from one point to the next.
+ * volumes: `count` of them; in 2D areas. Points may come in any order.
+ *
+ * ERROR_ARGUMENT: dimension not 2 or 3, count below 1, stride below dimension, a coordinate that is
+ * not finite, a volume that is not positive, two points in one place. ERROR_MEMORY. Since 0.1.
+ */
+perion_status perion_points_create(int32_t dimension,
+                                   int64_t count,
+                                   const double *coordinates,
+                                   int64_t stride,
+                                   const double *volumes,
+                                   struct perion_points **points);
+
+/**
+ * Makes a block of points: a lattice of cells of edge `spacing` between the corners `lower` and
+ * `upper` (`dimension` lengths each), a point in the middle of each cell, x fastest. Counts per axis
+ * are rounded; each point has the volume spacing^dimension.
+ *
+ * ERROR_ARGUMENT: dimension not 2 or 3, limits not finite or upside down, spacing not positive or
+ * too large, too many points. ERROR_MEMORY. Since 0.1.
+ */
+perion_status perion_points_create_block(int32_t dimension,
+                                         const double *lower,
+                                         const double *upper,
+                                         double spacing,
+                                         struct perion_points **points);
+
+/**
+ * Gives each point its own horizon (a length, `count` of them) in place of the model's.
+ *
+ * ERROR_ARGUMENT: count is not the number of points, a horizon that is not positive. Since 0.1.
+ */
+perion_status perion_points_set_horizons(struct perion_points *points,
+                                         int64_t count,
+                                         const double *horizons);
+
+/**
+ * Names a set of points by their indices (from 0, `count` of them), whose order it keeps. The set
+ * "all" exists from the start.
+ *
+ * ERROR_ARGUMENT: name empty, taken or longer than 255 bytes, count below 1, an index out of range
+ * or given twice. Since 0.1.
+ */
+perion_status perion_points_add_set(struct perion_points *points,
+                                    const char *name,
+                                    int64_t count,
+                                    const int64_t *indices);
+
+/**
+ * Names the set of the points within a box, its faces included, in the order of the points. lower and
+ * upper: one length an axis; infinite ones leave a side open.
+ *
+ * ERROR_ARGUMENT: as perion_points_add_set; a box upside down or without points. Since 0.1.
+ */
+perion_status perion_points_add_set_box(struct perion_points *points,
+                                        const char *name,
+                                        const double *lower,
+                                        const double *upper);
+
+/**
+ * Number of points. Since 0.1.
+ */
+perion_status perion_points_count(const struct perion_points *points, int64_t *count);
+
+/**
+ * Number of axes, 2 or 3. Since 0.1.
+ */
+perion_status perion_points_dimension(const struct perion_points *points, int32_t *dimension);
+
+/**
+ * Number of points of a set. ERROR_ARGUMENT: no such set. Since 0.1.
+ */
+perion_status perion_points_set_size(const struct perion_points *points,
+                                     const char *name,
+                                     int64_t *count);
+
+/**
+ * The indices of a set, from 0, in the set's order. count: the set's size.
+ *
+ * ERROR_ARGUMENT: no such set, or another count than its size. Since 0.1.
+ */
+perion_status perion_points_get_set(const struct perion_points *points,
+                                    const char *name,
+                                    int64_t count,
+                                    int64_t *indices);
+
+/**
+ * The positions of all points (lengths), point after point. length: count x dimension.
+ *
+ * ERROR_ARGUMENT: another length. Since 0.1.
+ */
+perion_status perion_points_get_coordinates(const struct perion_points *points,
+                                            double *coordinates,
+                                            int64_t length);
+
+/**
+ * The volumes of all points; in 2D areas. length: the number of points.
+ *
+ * ERROR_ARGUMENT: another length. Since 0.1.
+ */
+perion_status perion_points_get_volumes(const struct perion_points *points,
+                                        double *volumes,
+                                        int64_t length);
+
+/**
+ * Frees the points and sets the pointer to NULL; NULL, or the address of NULL, is fine. Simulations
+ * made of them keep their own copy. ERROR_STATE: another call is using them. Since 0.1.
+ */
+perion_status perion_points_destroy(struct perion_points **points);
+
+/**
+ * Makes a model of a formulation ("bond_based"), with nothing set.
+ *
+ * ERROR_ARGUMENT: unknown formulation; perion_last_error() names a similar one. Since 0.1.
+ */
+perion_status perion_model_create(const char *formulation, struct perion_model **model);
+
+/**
+ * Sets a number; perion_key_name lists the keys. Values are checked one by one here, and together
+ * when a simulation is made.
+ *
+ * ERROR_ARGUMENT: unknown key (perion_last_error() names a similar one), a key that takes a choice,
+ * a value out of its range. ERROR_UNSUPPORTED: a key the formulation does not take. Since 0.1.
+ */
+perion_status perion_model_set(struct perion_model *model, const char *key, double value);
+
+/**
+ * The number last set for a key, or its default.
+ *
+ * ERROR_ARGUMENT: unknown key, or one that takes a choice. ERROR_STATE: not set, and without a
+ * default. Since 0.1.
+ */
+perion_status perion_model_get(const struct perion_model *model, const char *key, double *value);
+
+/**
+ * Makes a choice; perion_key_choices lists them.
+ *
+ * ERROR_ARGUMENT: unknown key or choice, or a key that takes a number. ERROR_UNSUPPORTED: a key the
+ * formulation does not take. Since 0.1.
+ */
+perion_status perion_model_choose(struct perion_model *model, const char *key, const char *choice);
+
+/**
+ * Frees a model and sets the pointer to NULL; NULL, or the address of NULL, is fine. Simulations made
+ * of it keep their own copy. ERROR_STATE: another call is using it. Since 0.1.
+ */
+perion_status perion_model_destroy(struct perion_model **model);
+
+/**
+ * Number of formulations. Since 0.1.
+ */
+int64_t perion_formulation_count(void);
+
+/**
+ * Name of a formulation, index from 0; NULL when there is none. It lives as long as the library.
+ * Since 0.1.
+ */
+const char *perion_formulation_name(int64_t index);
+
+/**
+ * What a formulation is, in a line; NULL when there is none. Since 0.1.
+ */
+const char *perion_formulation_description(int64_t index);
+
+/**
+ * Number of keys that models know. Since 0.1.
+ */
+int64_t perion_key_count(void);
+
+/**
+ * Name of a key, index from 0; NULL when there is none. It lives as long as the library. Since 0.1.
+ */
+const char *perion_key_name(int64_t index);
+
+/**
+ * Meaning of a key, its unit kind and the reason for its default; NULL when there is none. Since 0.1.
+ */
+const char *perion_key_description(int64_t index);
+
+/**
+ * Default of a key as text, "" where it has none; NULL when there is no such key. Since 0.1.
+ */
+const char *perion_key_default(int64_t index);
+
+/**
+ * Choices of a key with a bar between them ("strain|stress"), "" for a key that takes a number; NULL
+ * when there is no such key. Since 0.1.
+ */
+const char *perion_key_choices(int64_t index);
+
+/**
+ * Brings points and a model together; both are copied and can be destroyed or used again.
+ *
+ * ERROR_ARGUMENT: the model lacks density, horizon or an elastic constant, or holds what does not fit
+ * together or to the dimension. ERROR_MEMORY. Since 0.1.
+ */
+perion_status perion_simulation_create(const struct perion_points *points,
+                                       const struct perion_model *model,
+                                       struct perion_simulation **simulation);
+
+/**
+ * Gives the points of a set another material. All models of a simulation share the formulation and,
+ * in 2D, the plane state. Belongs to set-up: before the first evaluate, step, stable_time_step or
+ * derived field.
+ *
+ * ERROR_ARGUMENT: unknown set, or a model that could not stand alone. ERROR_UNSUPPORTED: another
+ * formulation or plane state. ERROR_STATE: set-up has ended. Since 0.1.
+ */
+perion_status perion_simulation_assign_model(struct perion_simulation *simulation,
+                                             const char *set,
+                                             const struct perion_model *model);
+
+/**
+ * Gives the bonds between two sets a critical energy release rate of their own (energy per area).
+ * Belongs to set-up.
+ *
+ * ERROR_ARGUMENT: unknown set, a rate that is not positive. ERROR_STATE: set-up has ended. Since 0.1.
+ */
+perion_status perion_simulation_set_interface(struct perion_simulation *simulation,
+                                              const char *set_a,
+                                              const char *set_b,
+                                              double critical_energy_release_rate);
+
+/**
+ * Lets no bond break by its stretch that has an end in the set; the host can still break it.
+ *
+ * ERROR_ARGUMENT: unknown set. Since 0.1.
+ */
+perion_status perion_simulation_forbid_failure(struct perion_simulation *simulation,
+                                               const char *set);
+
+/**
+ * Sets the number of threads, 1 to 4096. Results do not depend on it, to the last bit. The default is
+ * PERION_NUM_THREADS, else OMP_NUM_THREADS, else all cores.
+ *
+ * ERROR_ARGUMENT: out of range. ERROR_STATE: the threads could not be started. Since 0.1.
+ */
+perion_status perion_simulation_set_threads(struct perion_simulation *simulation,
+                                            int32_t threads);
+
+/**
+ * Frees a simulation, ends its threads and sets the pointer to NULL; NULL, or the address of NULL, is
+ * fine. ERROR_STATE: another call is using it, such as the one whose callback this is. Since 0.1.
+ */
+perion_status perion_simulation_destroy(struct perion_simulation **simulation);
+
+/**
+ * Breaks the bonds of `count` pairs of points for good; pairs: [count][2] indices from 0. Pairs
+ * without a bond are passed over. Allowed at any time; what the bonds held is dissipated.
+ *
+ * ERROR_ARGUMENT: an index out of range, a point paired with itself. Since 0.1.
+ */
+perion_status perion_simulation_break_bonds(struct perion_simulation *simulation,
+                                            int64_t count,
+                                            const int64_t *pairs);
+
+/**
+ * Breaks every bond that crosses a planar polygon (3D, at least 3 vertices) or a segment (2D, 2
+ * vertices) for good. vertices: [vertex_count][dimension] lengths in the reference configuration.
+ * Points within 1e-9 spacings of the plane belong to its positive side; the rim belongs to the crack;
+ * bonds within the plane stay.
+ *
+ * ERROR_ARGUMENT: too few or too many vertices, ones not finite or not in a plane, no extent. Since 0.1.
+ */
+perion_status perion_simulation_break_crossing(struct perion_simulation *simulation,
+                                               int64_t vertex_count,
+                                               const double *vertices);
+
+/**
+ * Sets the integrity of the bonds of `count` pairs of points: 1 intact, 0 broken. pairs: [count][2]
+ * indices from 0; values: [count]. A broken bond stays broken; pairs without a bond are passed over.
+ *
+ * ERROR_ARGUMENT: an index out of range, a point paired with itself, a value outside 0 to 1. Since 0.1.
+ */
+perion_status perion_simulation_set_bond_integrity(struct perion_simulation *simulation,
+                                                   int64_t count,
+                                                   const int64_t *pairs,
+                                                   const double *values);
+
+/**
+ * Lists all bonds, broken ones too, each once: pairs [count][2] indices from 0, stretch [count] at the
+ * current displacement, integrity [count] (1 intact, 0 broken). An array that is NULL is left out;
+ * capacity: how many bonds the arrays have room for, 0 to ask for the count alone.
+ *
+ * ERROR_ARGUMENT: capacity below the count and not 0. Since 0.1.
+ */
+perion_status perion_simulation_get_bonds(const struct perion_simulation *simulation,
+                                          int64_t capacity,
+                                          int64_t *pairs_or_null,
+                                          double *stretch_or_null,
+                                          double *integrity_or_null,
+                                          int64_t *count);
+
+/**
+ * Number of bonds, broken or not, each counted once. Since 0.1.
+ */
+perion_status perion_simulation_bond_count(const struct perion_simulation *simulation,
+                                           int64_t *count);
+
+/**
+ * Prescribes a constant on a set along an axis (from 0), from the next step on. Per point and axis the
+ * last displacement or velocity wins and replaces the other for good; body forces of different sets
+ * add, the same set and axis replaces. A displacement is where the point is put at once at the end of
+ * the next step: ramp it by a table for smooth loading.
+ *
+ * ERROR_ARGUMENT: unknown set or quantity, axis out of range, value not finite. Since 0.1.
+ */
+perion_status perion_simulation_prescribe(struct perion_simulation *simulation,
+                                          const char *set,
+                                          perion_quantity quantity,
+                                          int32_t axis,
+                                          double value);
+
+/**
+ * Prescribes a table over time: linear between its times, constant outside. times: [count],
+ * increasing; values: [count]. Both are copied.
+ *
+ * ERROR_ARGUMENT: as perion_simulation_prescribe; count below 1, times that do not increase. Since 0.1.
+ */
+perion_status perion_simulation_prescribe_table(struct perion_simulation *simulation,
+                                                const char *set,
+                                                perion_quantity quantity,
+                                                int32_t axis,
+                                                int64_t count,
+                                                const double *times,
+                                                const double *values);
+
+/**
+ * Prescribes a function of time and place, asked once per time that a step needs: displacements at the
+ * step's end, velocities at its middle and end, body forces at its end (and at the first step's
+ * beginning). `user` is handed back to it.
+ *
+ * ERROR_NULL: no function. ERROR_ARGUMENT: as perion_simulation_prescribe. A value that is not finite
+ * ends a later step with ERROR_NUMERIC. Since 0.1.
+ */
+perion_status perion_simulation_prescribe_function(struct perion_simulation *simulation,
+                                                   const char *set,
+                                                   perion_quantity quantity,
+                                                   int32_t axis,
+                                                   perion_function function,
+                                                   void *user);
+
+/**
+ * Prescribes one value a point of the set, in the set's order; copied and held until replaced.
+ *
+ * ERROR_ARGUMENT: as perion_simulation_prescribe; count is not the set's size. Since 0.1.
+ */
+perion_status perion_simulation_prescribe_values(struct perion_simulation *simulation,
+                                                 const char *set,
+                                                 perion_quantity quantity,
+                                                 int32_t axis,
+                                                 int64_t count,
+                                                 const double *values);
+
+/**
+ * Ends what was prescribed on a set along an axis; the points are free there from the next step on.
+ *
+ * ERROR_ARGUMENT: nothing is prescribed there, or other sets have taken all its points. Since 0.1.
+ */
+perion_status perion_simulation_release(struct perion_simulation *simulation,
+                                        const char *set,
+                                        perion_quantity quantity,
+                                        int32_t axis);
+
+/**
+ * Copies a field of all points to the host, point after point in the host's order. length: number of
+ * points, times the dimension for vectors. Derived fields are computed when asked for.
+ *
+ * ERROR_ARGUMENT: unknown field, another length. ERROR_STATE: ACCELERATION, REACTION or BODY_FORCE of
+ * conditions after a change of state or conditions; evaluate first. ERROR_NUMERIC: a force that is not
+ * finite. ERROR_MEMORY. Since 0.1.
+ */
+perion_status perion_simulation_get(const struct perion_simulation *simulation,
+                                    perion_field field,
+                                    double *values,
+                                    int64_t length);
+
+/**
+ * Sets DISPLACEMENT, POSITION, VELOCITY or the host's BODY_FORCE of all points, point after point in the
+ * host's order. length: number of points times the dimension. Nothing is set unless all values are
+ * finite.
+ *
+ * ERROR_ARGUMENT: unknown field, another length, a value that is not finite. ERROR_UNSUPPORTED: a field
+ * that cannot be set. ERROR_MEMORY. Since 0.1.
+ */
+perion_status perion_simulation_set(struct perion_simulation *simulation,
+                                    perion_field field,
+                                    const double *values,
+                                    int64_t length);
+
+/**
+ * As perion_simulation_get for the points of a set in its order (NULL: all points), with `stride`
+ * doubles from one point to the next; what lies between is not touched. count: number of these points.
+ *
+ * ERROR_ARGUMENT: also unknown set, another count, stride below the numbers of a point. Since 0.1.
+ */
+perion_status perion_simulation_get_strided(const struct perion_simulation *simulation,
+                                            const char *set_or_null,
+                                            perion_field field,
+                                            double *values,
+                                            int64_t count,
+                                            int64_t stride);
+
+/**
+ * As perion_simulation_set for the points of a set in its order (NULL: all points), with `stride`
+ * doubles from one point to the next. count: number of these points.
+ *
+ * ERROR_ARGUMENT: also unknown set, another count, stride below the dimension. Since 0.1.
+ */
+perion_status perion_simulation_set_strided(struct perion_simulation *simulation,
+                                            const char *set_or_null,
+                                            perion_field field,
+                                            const double *values,
+                                            int64_t count,
+                                            int64_t stride);
+
+/**
+ * Sums a field over a set (NULL: all points), into `dimension` numbers for vectors, else one. A
+ * force-displacement curve is the sum of REACTION over the held end, step by step.
+ *
+ * ERROR_ARGUMENT: unknown field or set; otherwise as perion_simulation_get. Since 0.1.
+ */
+perion_status perion_simulation_sum(const struct perion_simulation *simulation,
+                                    perion_field field,
+                                    const char *set_or_null,
+                                    double *components);
+
+/**
+ * Clears the struct and sets its size. Since 0.1.
+ */
+void perion_view_init(struct perion_view *view);
+
+/**
+ * Lends the host DISPLACEMENT, VELOCITY or its own BODY_FORCE to read and write. Until all views are
+ * returned, calls that change the simulation give ERROR_STATE.
+ *
+ * ERROR_ARGUMENT: struct_size not set or too small for a view, unknown field. ERROR_UNSUPPORTED: a field
+ * that cannot be lent. ERROR_MEMORY. Since 0.1.
+ */
+perion_status perion_simulation_borrow(struct perion_simulation *simulation,
+                                       perion_field field,
+                                       struct perion_view *view);
+
+/**
+ * Lends the host DISPLACEMENT, VELOCITY, ACCELERATION or INTERNAL_FORCE to read only.
+ *
+ * ERROR_ARGUMENT: as perion_simulation_borrow. ERROR_STATE: ACCELERATION or INTERNAL_FORCE after a change;
+ * evaluate first. ERROR_UNSUPPORTED: a field that is computed when asked for; get it. Since 0.1.
+ */
+perion_status perion_simulation_borrow_const(const struct perion_simulation *simulation,
+                                             perion_field field,
+                                             struct perion_view *view);
+
+/**
+ * Returns a borrowed view and clears it.
+ *
+ * ERROR_ARGUMENT: not a view that this simulation has lent and not yet got back. ERROR_NUMERIC: the host
+ * has written a value that is not finite (the message names the point); the view stays borrowed, mend
+ * it and return it again. Since 0.1.
+ */
+perion_status perion_simulation_return(struct perion_simulation *simulation,
+                                       struct perion_view *view);
+
+/**
+ * Computes the internal force at the current displacement with bonds as they are, and from it and the
+ * loads at the current time acceleration and reactions. Breaks nothing, advances nothing.
+ *
+ * ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_NUMERIC: a force that is not finite; the
+ * message names the point. ERROR_INTERRUPTED: a function stopped. ERROR_MEMORY. Since 0.1.
+ */
+perion_status perion_simulation_evaluate(struct perion_simulation *simulation);
+
+/**
+ * Accepts the current displacement as a completed step of a host that steps itself: breaks the bonds
+ * stretched beyond their limit, adds up what they held, and moves the clock on by time_step (0 is
+ * allowed). For velocity Verlet: set the displacement, commit, evaluate.
+ *
+ * ERROR_ARGUMENT: time_step negative or not finite. ERROR_NUMERIC. ERROR_MEMORY. Since 0.1.
+ */
+perion_status perion_simulation_commit(struct perion_simulation *simulation,
+                                       double time_step);
+
+/**
+ * A time step at which step() is stable whatever bonds break; the true limit may be up to twice as
+ * large. DBL_MAX where no bond acts. Leaves the state as it is.
+ *
+ * ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
+ */
+perion_status perion_simulation_stable_time_step(struct perion_simulation *simulation,
+                                                 double *time_step);
+
+/**
+ * Makes `steps` velocity Verlet steps: predict, break bonds, force, correct. A failure leaves the
+ * simulation as the last completed step left it; perion_simulation_step_count says which. Above the
+ * stable step it warns through the log and in health.
+ *
+ * ERROR_ARGUMENT: time_step not positive and finite or more than 10 times the stable one, steps below
+ * 0. ERROR_NUMERIC: a motion that is not finite; the message names the point. ERROR_INTERRUPTED: a
+ * callback stopped. ERROR_MEMORY. Since 0.1.
+ */
+perion_status perion_simulation_step(struct perion_simulation *simulation,
+                                     double time_step,
+                                     int64_t steps);
+
+/**
+ * Sets the callback that step() tells of its progress, NULL for none; `user` is handed back to it.
+ * Since 0.1.
+ */
+perion_status perion_simulation_set_progress(struct perion_simulation *simulation,
+                                             perion_progress callback,
+                                             void *user);
+
+/**
+ * Sets the callback that takes messages, NULL for none (the default: silence); `user` is handed back
+ * to it. Since 0.1.
+ */
+perion_status perion_simulation_set_log(struct perion_simulation *simulation,
+                                        perion_log callback,
+                                        void *user);
+
+/**
+ * Time of the last completed step. Since 0.1.
+ */
+perion_status perion_simulation_time(const struct perion_simulation *simulation, double *time);
+
+/**
+ * Sets the clock, along which tables and functions are asked. ERROR_ARGUMENT: not finite. Since 0.1.
+ */
+perion_status perion_simulation_set_time(struct perion_simulation *simulation,
+                                         double time);
+
+/**
+ * Number of completed steps, commits included. Since 0.1.
+ */
+perion_status perion_simulation_step_count(const struct perion_simulation *simulation,
+                                           int64_t *count);
+
+/**
+ * Clears the struct and sets its size. Since 0.1.
+ */
+void perion_energy_init(struct perion_energy *energy);
+
+/**
+ * Clears the struct and sets its size. Since 0.1.
+ */
+void perion_health_init(struct perion_health *health);
+
+/**
+ * Clears the struct and sets its size. Since 0.1.
+ */
+void perion_memory_init(struct perion_memory *memory);
+
+/**
+ * The energy balance; costs a sweep over the bonds.
+ *
+ * ERROR_ARGUMENT: struct_size not set. ERROR_MEMORY. Since 0.1.
+ */
+perion_status perion_simulation_energy(const struct perion_simulation *simulation,
+                                       struct perion_energy *energy);
+
+/**
+ * What to look at before trusting a result: isolated and detached points, broken bonds, time step.
+ *
+ * ERROR_ARGUMENT: struct_size not set, the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
+ */
+perion_status perion_simulation_health(const struct perion_simulation *simulation,
+                                       struct perion_health *health);
+
+/**
+ * Heap bytes held. ERROR_ARGUMENT: struct_size not set. Since 0.1.
+ */
+perion_status perion_simulation_memory(const struct perion_simulation *simulation,
+                                       struct perion_memory *memory);
+
+/**
+ * Writes the current positions and `field_count` fields as a .vtu file for ParaView; an older file is
+ * replaced as a whole, or kept when this fails.
+ *
+ * ERROR_IO: it cannot be written. ERROR_ARGUMENT: unknown field, or one named twice; otherwise as
+ * perion_simulation_get. Since 0.1.
+ */
+perion_status perion_simulation_write_vtk(const struct perion_simulation *simulation,
+                                          const char *path,
+                                          int64_t field_count,
+                                          const perion_field *fields);
+
+/**
+ * Writes the next .vtu of a series, NAME_000000.vtu and so on, beside NAME.pvd, which lists them with
+ * their times and is what to open in ParaView. The series starts anew with each simulation.
+ *
+ * ERROR_ARGUMENT: pvd_path does not end in .pvd; otherwise as perion_simulation_write_vtk. Since 0.1.
+ */
+perion_status perion_simulation_write_series(const struct perion_simulation *simulation,
+                                             const char *pvd_path,
+                                             int64_t field_count,
+                                             const perion_field *fields);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* PERION_H */

@@ -1,0 +1,10 @@
+//! Simulations in C.
+
+pub mod balance;
+pub mod bonds;
+pub mod conditions;
+pub mod drive;
+pub mod fields;
+pub mod files;
+pub mod setup;
+pub mod views;

@@ -1,0 +1,113 @@
+//! Stability: the step that is called stable is, and it is not uselessly small.
+
+use perion::{Field, Model, Points, Simulation};
+use proptest::prelude::*;
+use proptest::test_runner::TestCaseError;
+
+use crate::random::{Random, cases};
+use crate::scene::small_bodies;
+
+/// What velocity Verlet conserves in place of the energy [formulas.md, Time]:
+/// KE + SE - dt^2/8 sum V |b|^2/rho.
+pub fn conserved(simulation: &Simulation, time_step: f64) -> f64 {
+    let [volumes, densities, forces] = [Field::Volume, Field::Density, Field::InternalForce]
+        .map(|field| simulation.get(field).unwrap());
+    let dimension = simulation.points().dimension();
+    let kick: f64 = forces
+        .chunks_exact(dimension)
+        .zip(volumes.iter().zip(&densities))
+        .map(|(force, (volume, density))| {
+            volume / density * force.iter().map(|b| b * b).sum::<f64>()
+        })
+        .sum();
+    let energy = simulation.energy().unwrap();
+    energy.kinetic + energy.elastic - time_step * time_step / 8.0 * kick
+}
+
+/// Lets go from random displacements and steps 2000 times at the step that is called stable.
+fn stays(
+    simulation: &mut Simulation,
+    spacing: f64,
+    random: &mut Random,
+) -> Result<(), TestCaseError> {
+    let components = simulation.points().coordinates().len();
+    // Small enough for the stretch of bonds to be linear, so that the quantity is kept to rounding.
+    simulation.set(Field::Displacement, &random.around_zero(components, 1e-6 * spacing)).unwrap();
+    let time_step = simulation.stable_time_step().unwrap();
+    let start = conserved(simulation, time_step);
+    prop_assert!(start > 0.0);
+    for _ in 0..10 {
+        simulation.step(time_step, 200).unwrap();
+        let now = conserved(simulation, time_step);
+        prop_assert!((now / start - 1.0).abs() < 0.01, "{now} of {start}");
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(cases(40))]
+
+    #[test]
+    fn the_stable_step_is_stable(recipe in small_bodies(), wound: bool) {
+        let scene = recipe.scene();
+        let mut simulation = scene.simulation(None);
+        if wound {
+            scene.wound(&mut simulation);
+        }
+        stays(&mut simulation, scene.spacing, &mut scene.random(20))?;
+    }
+
+    #[test]
+    fn the_stable_step_of_two_points_is_stable(dimension in 2..4_usize, seed: u64) {
+        let mut random = Random(seed);
+        let place = random.around_zero(dimension, 1.0);
+        let coordinates: Vec<f64> = place.iter().flat_map(|&x| [x, -x]).collect();
+        let mut pair = vec![0.0; 2 * dimension];
+        for axis in 0..dimension {
+            (pair[axis], pair[dimension + axis]) = (coordinates[2 * axis], coordinates[2 * axis + 1]);
+        }
+        let length = 2.0 * place.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let volumes = [random.between(0.1, 3.0), random.between(0.1, 3.0)];
+        let mut points = Points::new(dimension, &pair, &volumes).unwrap();
+        points.add_set("second", &[1]).unwrap();
+        // The second point reaches the first, or both reach each other.
+        let short = random.between(0.3, 1.4);
+        points.set_horizons(&[short * length, random.between(1.01, 2.0) * length]).unwrap();
+        let mut model = Model::new("bond_based").unwrap();
+        model.set("youngs_modulus", 3.0).unwrap();
+        model.set("density", 1.0).unwrap();
+        let mut simulation = Simulation::new(&points, &model).unwrap();
+        model.set("density", random.between(0.1, 10.0)).unwrap();
+        simulation.assign_model("second", &model).unwrap();
+        stays(&mut simulation, length, &mut random)?;
+    }
+
+    #[test]
+    fn four_times_the_stable_step_of_a_block_is_not_stable(
+        counts in [4..7_i32, 4..7_i32, 4..7_i32], ratio in 2.2..3.3_f64, seed: u64,
+    ) {
+        let upper = counts.map(f64::from);
+        let block = Points::block(3, &[0.0; 3], &upper, 1.0).unwrap();
+        let mut model = Model::new("bond_based").unwrap();
+        for (key, value) in [("density", 2.0), ("youngs_modulus", 3.0), ("horizon", ratio)] {
+            model.set(key, value).unwrap();
+        }
+        let growth = |factor: f64| {
+            let mut simulation = Simulation::new(&block, &model).unwrap();
+            let components = 3 * block.count();
+            let start = Random(seed).around_zero(components, 1e-6);
+            simulation.set(Field::Displacement, &start).unwrap();
+            let energy = simulation.energy().unwrap().elastic;
+            let time_step = factor * simulation.stable_time_step().unwrap();
+            let outcome = simulation.step(time_step, 100);
+            assert!(!matches!(outcome, Err(perion::Error::Argument(_))), "{outcome:?}");
+            let ratio = simulation.health().unwrap().time_step_ratio;
+            assert!((ratio / factor - 1.0).abs() < 1e-14, "{ratio} {factor}");
+            simulation.energy().unwrap().kinetic / energy
+        };
+        prop_assert!(growth(0.999) < 2.0);
+        prop_assert!(growth(4.0) > 1e6);
+        // Accepted, whatever comes of it.
+        growth(2.2);
+    }
+}
