@@ -34,7 +34,7 @@ impl BondState {
     }
 
     pub(crate) fn is_intact(&self, slot: usize) -> bool {
-        self.intact[slot / LANES] >> (slot % LANES) & 1 == 1
+        self.view().is_intact(slot)
     }
 
     pub(crate) fn break_bond(&mut self, slot: usize) {
@@ -91,6 +91,14 @@ pub(crate) struct BondsView<'a> {
     pub(crate) intact: &'a [u8],
     pub(crate) integrity: Option<&'a [f64]>,
 }
+
+impl BondsView<'_> {
+    pub(crate) fn is_intact(&self, slot: usize) -> bool {
+        self.intact[slot / LANES] >> (slot % LANES) & 1 == 1
+    }
+}
+
+const _: () = assert!(LANES == u8::BITS as usize, "a mask holds one bit a lane");
 
 /// What a sweep needs to break bonds: the rule, and where it writes what it found.
 pub(crate) struct Breaking<'a> {

@@ -150,19 +150,17 @@ impl Formulation for BondBased {
     fn stiffness_bound(&self, scene: &Scene<'_>, bound: &mut [f64]) {
         let law = self.various(scene, None);
         self.sum_over_bonds(scene, bound, |point, bond| {
-            if scene.bonds.intact[bond.slot / 8] >> (bond.slot % 8) & 1 == 0 {
+            if !scene.bonds.is_intact(bond.slot) {
                 return 0.0;
             }
-            let stiffness = law.stiffness(bond.slot, point, bond.neighbor, bond.length);
-            0.5 * stiffness * scene.places[bond.neighbor][3] / bond.length
+            0.5 * law.stiffness_of(point, bond) * scene.places[bond.neighbor][3] / bond.length
         });
     }
 
     fn conventional_stiffness(&self, scene: &Scene<'_>, stiffness: &mut [f64]) {
-        let law = Various { integrity: None, ..self.various(scene, None) };
+        let law = self.various(scene, None);
         self.sum_over_bonds(scene, stiffness, |point, bond| {
-            let constant = law.own_stiffness(bond.slot, point, bond.length);
-            constant * scene.places[bond.neighbor][3] / bond.length
+            law.own_constant(point, bond) * scene.places[bond.neighbor][3] / bond.length
         });
     }
 

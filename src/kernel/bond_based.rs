@@ -6,8 +6,9 @@
 
 use std::ops::Range;
 
+use super::lanes::{Lanes, WIDTH};
 use crate::damage::{BondsView, BreakRule};
-use crate::families::{Families, LANES, Place};
+use crate::families::{Bond, Families, LANES, Place, Property};
 
 /// What every bond-based sweep reads.
 #[derive(Clone, Copy)]
@@ -19,76 +20,108 @@ pub(crate) struct Cloud<'a> {
     pub(crate) bonds: BondsView<'a>,
 }
 
+/// [`WIDTH`] bonds of a point that are computed together.
+#[derive(Clone, Copy)]
+pub(crate) struct Part<'a> {
+    point: usize,
+    /// Where the first of them stands among all lanes.
+    slot: usize,
+    neighbors: &'a [u32; WIDTH],
+    lengths: &'a [f64; WIDTH],
+}
+
+impl Part<'_> {
+    fn bond(&self, lane: usize) -> Bond {
+        Bond {
+            slot: self.slot + lane,
+            neighbor: self.neighbors[lane] as usize,
+            length: self.lengths[lane],
+        }
+    }
+
+    /// What a block's mask says of these lanes.
+    #[inline(always)]
+    fn bits(&self, mask: u8) -> u8 {
+        mask >> (self.slot % LANES) & ALL_BITS
+    }
+
+    /// Bits of these lanes as a block's mask has them.
+    #[inline(always)]
+    fn in_block(&self, bits: u8) -> u8 {
+        bits << (self.slot % LANES)
+    }
+}
+
+const ALL_BITS: u8 = (1 << WIDTH) - 1;
+
 /// How stiff bonds are and when they break, for one scene.
 pub(crate) trait BondLaw: Copy {
     /// Bond constant times integrity that acts between both ends.
-    fn stiffness(&self, slot: usize, point: usize, neighbor: usize, length: f64) -> f64;
+    fn stiffness(&self, part: &Part<'_>) -> Lanes;
     /// Bond constant times integrity of the point's own material; 0 outside its own horizon.
-    fn own_stiffness(&self, slot: usize, point: usize, length: f64) -> f64;
+    fn own_stiffness(&self, part: &Part<'_>) -> Lanes;
     /// Stretch beyond which a bond breaks.
-    fn threshold(&self, slot: usize, point: usize, neighbor: usize) -> f64;
+    fn threshold(&self, part: &Part<'_>) -> Lanes;
     /// Lanes of a block that may break.
     fn breakable(&self, block: usize) -> u8;
 }
 
-/// The deformed bonds of one block.
+/// Deformed bonds.
 struct Deformed<const D: usize> {
-    bond: [[f64; LANES]; D],
-    volume: [f64; LANES],
-    neighbor: [usize; LANES],
+    bond: [Lanes; D],
+    volume: Lanes,
     /// s/l, 0 where the ends coincide and a direction is not defined.
-    stretch_by_length: [f64; LANES],
-    stretch: [f64; LANES],
+    stretch_by_length: Lanes,
+    /// Length now.
+    now: Lanes,
+    /// s L (L + l).
+    change: Lanes,
+    /// L (L + l).
+    product: Lanes,
 }
 
 impl<'a> Cloud<'a> {
+    /// The parts of a block.
     #[inline(always)]
-    fn deform<const D: usize>(
-        &self,
-        block: usize,
-        own: &Place,
-        own_shift: &[f64; D],
-    ) -> Deformed<D> {
+    fn parts(&self, block: usize, point: usize) -> impl Iterator<Item = Part<'a>> {
+        let (first, end) = (block * LANES, (block + 1) * LANES);
+        let (neighbors, _) = self.families.neighbors[first..end].as_chunks::<WIDTH>();
+        let (lengths, _) = self.families.lengths[first..end].as_chunks::<WIDTH>();
+        let each = neighbors.iter().zip(lengths).enumerate();
+        each.map(move |(number, (neighbors, lengths))| Part {
+            point,
+            slot: first + number * WIDTH,
+            neighbors,
+            lengths,
+        })
+    }
+
+    #[inline(always)]
+    fn deform<const D: usize>(&self, part: &Part<'_>) -> Deformed<D> {
         let (shifts, _) = self.displacement.as_chunks::<D>();
-        let slots = block * LANES..(block + 1) * LANES;
-        let neighbors = &self.families.neighbors[slots.clone()];
-        let lengths = &self.families.lengths[slots];
-        let mut reference = [[0.0; LANES]; D];
-        let mut shift = [[0.0; LANES]; D];
-        let mut out = Deformed {
-            bond: [[0.0; LANES]; D],
-            volume: [0.0; LANES],
-            neighbor: [0; LANES],
-            stretch_by_length: [0.0; LANES],
-            stretch: [0.0; LANES],
-        };
-        for lane in 0..LANES {
-            let neighbor = neighbors[lane] as usize;
-            let (place, moved) = (&self.places[neighbor], &shifts[neighbor]);
-            for axis in 0..D {
-                reference[axis][lane] = place[axis] - own[axis];
-                shift[axis][lane] = moved[axis] - own_shift[axis];
-            }
-            out.volume[lane] = place[3];
-            out.neighbor[lane] = neighbor;
+        let (own, own_shift) = (&self.places[part.point], &shifts[part.point]);
+        let places = part.neighbors.map(|neighbor| &self.places[neighbor as usize]);
+        let moved = part.neighbors.map(|neighbor| &shifts[neighbor as usize]);
+        let zero = Lanes::splat(0.0);
+        let (mut squared, mut change, mut bond) = (zero, zero, [zero; D]);
+        for (axis, y) in bond.iter_mut().enumerate() {
+            let reference = Lanes::from_fn(|k| places[k][axis]) - Lanes::splat(own[axis]);
+            let shift = Lanes::from_fn(|k| moved[k][axis]) - Lanes::splat(own_shift[axis]);
+            *y = reference + shift;
+            change = change + shift * (reference + *y);
+            squared = squared + *y * *y;
         }
-        for lane in 0..LANES {
-            let (mut squared, mut change) = (0.0, 0.0);
-            for axis in 0..D {
-                let y = reference[axis][lane] + shift[axis][lane];
-                change += shift[axis][lane] * (reference[axis][lane] + y);
-                squared += y * y;
-                out.bond[axis][lane] = y;
-            }
-            let (length, now) = (lengths[lane], squared.sqrt());
-            let product = length * (length + now);
-            let scale = product * now;
-            let quotient = change / scale;
-            let by_length = if scale > 0.0 { quotient } else { 0.0 };
-            out.stretch_by_length[lane] = by_length;
-            out.stretch[lane] = if scale > 0.0 { by_length * now } else { -1.0 };
+        let (length, now) = (Lanes::load(part.lengths), squared.sqrt());
+        let product = length * (length + now);
+        let scale = product * now;
+        Deformed {
+            bond,
+            volume: Lanes::from_fn(|k| places[k][3]),
+            stretch_by_length: (change / scale).where_positive(scale),
+            now,
+            change,
+            product,
         }
-        out
     }
 
     /// Forces per volume on the points of `range`; with `breaking`, bonds beyond their threshold
@@ -102,54 +135,42 @@ impl<'a> Cloud<'a> {
         force: &mut [f64],
         mut breaking: Option<(&mut [u8], &mut [f64])>,
     ) -> Option<usize> {
-        let (shifts, _) = self.displacement.as_chunks::<D>();
         let (forces, _) = force.as_chunks_mut::<D>();
         let first_block = self.families.offsets[range.start] as usize;
         let mut bad = None;
-        for (place, point) in range.clone().enumerate() {
-            let own = &self.places[point];
-            let mut sum = [[0.0; LANES]; D];
+        for (place, point) in range.enumerate() {
+            let mut sum = [Lanes::splat(0.0); D];
             for block in self.families.blocks(point) {
                 let mut mask = self.bonds.intact[block];
-                if mask == 0 {
-                    if let Some((masks, _)) = &mut breaking {
-                        masks[block - first_block] = 0;
-                    }
-                    continue;
-                }
-                let deformed = self.deform::<D>(block, own, &shifts[point]);
-                if let Some((masks, dissipated)) = &mut breaking {
-                    let beyond = self.beyond(law, block, point, &deformed) & mask;
-                    if beyond != 0 {
-                        mask &= !beyond;
-                        dissipated[place] += self.lost(law, block, point, &deformed, beyond);
-                    }
-                    masks[block - first_block] = mask;
-                }
-                let mut weight = [0.0; LANES];
-                for lane in 0..LANES {
-                    let slot = block * LANES + lane;
-                    let length = self.families.lengths[slot];
-                    let stiffness = law.stiffness(slot, point, deformed.neighbor[lane], length);
-                    weight[lane] =
-                        stiffness * deformed.volume[lane] * deformed.stretch_by_length[lane];
-                }
-                if mask != u8::MAX {
-                    for (lane, weight) in weight.iter_mut().enumerate() {
-                        if mask >> lane & 1 == 0 {
-                            *weight = 0.0;
+                if mask != 0 {
+                    for part in self.parts(block, point) {
+                        let deformed = self.deform::<D>(&part);
+                        let mut intact = part.bits(mask);
+                        if let Some((_, dissipated)) = &mut breaking {
+                            let stretch = deformed.stretch_by_length * deformed.now;
+                            let beyond = stretch.above(law.threshold(&part)) & intact;
+                            if beyond != 0 {
+                                let broken = beyond & part.bits(law.breakable(block));
+                                dissipated[place] += self.held(law, &part, &deformed, broken);
+                                intact &= !broken;
+                                mask &= !part.in_block(broken);
+                            }
+                        }
+                        let mut weight =
+                            law.stiffness(&part) * deformed.volume * deformed.stretch_by_length;
+                        if intact != ALL_BITS {
+                            weight = weight.only(intact);
+                        }
+                        for (sum, bond) in sum.iter_mut().zip(&deformed.bond) {
+                            *sum = *sum + weight * *bond;
                         }
                     }
                 }
-                for axis in 0..D {
-                    for lane in 0..LANES {
-                        sum[axis][lane] += weight[lane] * deformed.bond[axis][lane];
-                    }
+                if let Some((masks, _)) = &mut breaking {
+                    masks[block - first_block] = mask;
                 }
             }
-            for axis in 0..D {
-                forces[place][axis] = total(&sum[axis]);
-            }
+            forces[place] = sum.map(Lanes::total);
             if bad.is_none() && !forces[place].iter().all(|component| component.is_finite()) {
                 bad = Some(point);
             }
@@ -157,42 +178,19 @@ impl<'a> Cloud<'a> {
         bad
     }
 
-    /// Lanes whose stretch is beyond their threshold and that may break.
-    #[inline(always)]
-    fn beyond<const D: usize>(
-        &self,
-        law: impl BondLaw,
-        block: usize,
-        point: usize,
-        deformed: &Deformed<D>,
-    ) -> u8 {
-        let mut beyond = 0;
-        for lane in 0..LANES {
-            let threshold = law.threshold(block * LANES + lane, point, deformed.neighbor[lane]);
-            beyond |= u8::from(deformed.stretch[lane] > threshold) << lane;
-        }
-        if beyond == 0 { 0 } else { beyond & law.breakable(block) }
-    }
-
     /// Energy per volume of the point in the given lanes: 1/4 c d s^2 L V_j each.
     #[inline(always)]
-    fn lost<const D: usize>(
+    fn held<const D: usize>(
         &self,
         law: impl BondLaw,
-        block: usize,
-        point: usize,
+        part: &Part<'_>,
         deformed: &Deformed<D>,
-        lanes: u8,
+        bits: u8,
     ) -> f64 {
-        let mut energy = 0.0;
-        for lane in (0..LANES).filter(|lane| lanes >> lane & 1 == 1) {
-            let slot = block * LANES + lane;
-            let length = self.families.lengths[slot];
-            let stretch = deformed.stretch[lane];
-            let stiffness = law.own_stiffness(slot, point, length);
-            energy += 0.25 * stiffness * stretch * stretch * length * deformed.volume[lane];
-        }
-        energy
+        let stretch = deformed.change / deformed.product;
+        let length = Lanes::load(part.lengths);
+        let energy = law.own_stiffness(part) * stretch * stretch * length * deformed.volume;
+        0.25 * energy.only(bits).total()
     }
 
     /// W_i = 1/4 sum c d s^2 L V_j of the points of `range`, over each point's own family.
@@ -203,25 +201,16 @@ impl<'a> Cloud<'a> {
         range: Range<usize>,
         density: &mut [f64],
     ) {
-        let (shifts, _) = self.displacement.as_chunks::<D>();
         for (value, point) in density.iter_mut().zip(range) {
             *value = 0.0;
             for block in self.families.blocks(point) {
                 let mask = self.bonds.intact[block];
-                if mask != 0 {
-                    let deformed = self.deform::<D>(block, &self.places[point], &shifts[point]);
-                    *value += self.lost(law, block, point, &deformed, mask);
+                for part in self.parts(block, point).filter(|part| part.bits(mask) != 0) {
+                    *value += self.held(law, &part, &self.deform::<D>(&part), part.bits(mask));
                 }
             }
         }
     }
-}
-
-/// The lanes added up, always in the same order.
-#[inline(always)]
-fn total(lanes: &[f64; LANES]) -> f64 {
-    let [a, b, c, d, e, f, g, h] = *lanes;
-    ((a + b) + (c + d)) + ((e + f) + (g + h))
 }
 
 /// All bonds alike: one material, one horizon, no integrity set by hand.
@@ -234,16 +223,16 @@ pub(crate) struct Alike<'a> {
 
 impl BondLaw for Alike<'_> {
     #[inline(always)]
-    fn stiffness(&self, _: usize, _: usize, _: usize, _: f64) -> f64 {
-        self.bond_constant
+    fn stiffness(&self, _: &Part<'_>) -> Lanes {
+        Lanes::splat(self.bond_constant)
     }
     #[inline(always)]
-    fn own_stiffness(&self, _: usize, _: usize, _: f64) -> f64 {
-        self.bond_constant
+    fn own_stiffness(&self, _: &Part<'_>) -> Lanes {
+        Lanes::splat(self.bond_constant)
     }
     #[inline(always)]
-    fn threshold(&self, _: usize, _: usize, _: usize) -> f64 {
-        self.critical
+    fn threshold(&self, _: &Part<'_>) -> Lanes {
+        Lanes::splat(self.critical)
     }
     #[inline(always)]
     fn breakable(&self, block: usize) -> u8 {
@@ -254,7 +243,7 @@ impl BondLaw for Alike<'_> {
 /// Bonds that differ by their ends or one by one.
 #[derive(Clone, Copy)]
 pub(crate) struct Various<'a> {
-    pub(crate) bond_constants: &'a crate::families::Property,
+    pub(crate) bond_constants: &'a Property,
     pub(crate) families: &'a Families,
     pub(crate) integrity: Option<&'a [f64]>,
     pub(crate) rule: Option<&'a BreakRule>,
@@ -262,7 +251,7 @@ pub(crate) struct Various<'a> {
 
 impl Various<'_> {
     #[inline(always)]
-    fn of(&self, point: usize, length: f64) -> f64 {
+    fn constant(&self, point: usize, length: f64) -> f64 {
         if self.families.owns(point, length) { self.bond_constants.at(point) } else { 0.0 }
     }
 
@@ -270,23 +259,44 @@ impl Various<'_> {
     fn integrity(&self, slot: usize) -> f64 {
         self.integrity.map_or(1.0, |values| values[slot])
     }
+
+    /// Bond constant times integrity that acts between both ends of one bond.
+    pub(crate) fn stiffness_of(&self, point: usize, bond: Bond) -> f64 {
+        let Bond { slot, neighbor, length } = bond;
+        let mean = 0.5 * (self.constant(point, length) + self.constant(neighbor, length));
+        mean * self.integrity(slot)
+    }
+
+    /// Bond constant of the point's own material, whatever the bond's integrity; 0 outside its horizon.
+    pub(crate) fn own_constant(&self, point: usize, bond: Bond) -> f64 {
+        self.constant(point, bond.length)
+    }
 }
 
 impl BondLaw for Various<'_> {
     #[inline(always)]
-    fn stiffness(&self, slot: usize, point: usize, neighbor: usize, length: f64) -> f64 {
-        0.5 * (self.of(point, length) + self.of(neighbor, length)) * self.integrity(slot)
+    fn stiffness(&self, part: &Part<'_>) -> Lanes {
+        Lanes::from_fn(|lane| self.stiffness_of(part.point, part.bond(lane)))
     }
     #[inline(always)]
-    fn own_stiffness(&self, slot: usize, point: usize, length: f64) -> f64 {
-        self.of(point, length) * self.integrity(slot)
+    fn own_stiffness(&self, part: &Part<'_>) -> Lanes {
+        Lanes::from_fn(|lane| {
+            let bond = part.bond(lane);
+            self.own_constant(part.point, bond) * self.integrity(bond.slot)
+        })
     }
     #[inline(always)]
-    fn threshold(&self, slot: usize, point: usize, neighbor: usize) -> f64 {
-        self.rule.map_or(f64::INFINITY, |rule| rule.threshold(slot, point, neighbor))
+    fn threshold(&self, part: &Part<'_>) -> Lanes {
+        let Some(rule) = self.rule else { return Lanes::splat(f64::INFINITY) };
+        Lanes::from_fn(|lane| {
+            let bond = part.bond(lane);
+            rule.threshold(bond.slot, part.point, bond.neighbor)
+        })
     }
     #[inline(always)]
     fn breakable(&self, block: usize) -> u8 {
         self.rule.map_or(0, |rule| rule.breakable(block))
     }
 }
+
+const _: () = assert!(LANES.is_multiple_of(WIDTH), "a block holds whole parts");

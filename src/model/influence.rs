@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-/// An influence function of the bond length, zero beyond the horizon.
+/// An influence function of the bond length. Families end at the horizon; the functions need not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Influence {
     /// 1

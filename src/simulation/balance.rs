@@ -4,7 +4,6 @@ use super::Simulation;
 use super::setup::Built;
 use super::state::Ledger;
 use crate::error::Result;
-use crate::families::LANES;
 use crate::memory;
 use crate::workers::block_count;
 
@@ -236,5 +235,3 @@ impl Simulation {
         Ok(())
     }
 }
-
-const _: () = assert!(LANES == u8::BITS as usize, "a mask holds one bit a lane");

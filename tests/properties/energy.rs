@@ -6,7 +6,7 @@ use perion::{Field, Quantity, Simulation};
 use proptest::prelude::*;
 
 use crate::random::cases;
-use crate::scene::{Scene, small_bodies};
+use crate::scene::{Horizons, Recipe, Scene, bonds, small_bodies};
 
 /// What drives a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -157,20 +157,46 @@ proptest! {
         prop_assert!((3.6..4.4).contains(&ratio) || fine < 1e-12 * size, "{ratio} {fine} {size}");
     }
 
+    /// A bond breaks within a step, at the end of which it pulls no more: of its energy E the account
+    /// may miss what that step has stored in it at the most, E (1 - s_n/s_{n+1}).
     #[test]
     fn energy_closes_while_bonds_break(
-        recipe in small_bodies(), kind in drives(), share in 0.05..0.2_f64,
+        recipe in small_bodies(), kind in drives(), share in 0.05..1.0_f64,
     ) {
+        let recipe = Recipe { horizons: Horizons::Uniform, materials: 1, ..recipe };
         let scene = recipe.scene();
-        let mut simulation = scene.simulation(Some(0.02));
+        let critical = 1e-6;
+        let mut simulation = scene.simulation(Some(critical));
         let time_step = share * simulation.stable_time_step().unwrap();
-        let steps = (30.0 / share) as u64;
-        drive(&scene, &mut simulation, kind, 0.3, steps as f64 * time_step);
-        for _ in 0..5 {
-            simulation.step(time_step, steps / 5).unwrap();
-            let error = simulation.energy().unwrap().closure_error;
-            // Each bond breaks within a step, whose work is taken at its ends.
-            prop_assert!(error.abs() < 0.05 * scale(&simulation), "{error} {}", scale(&simulation));
+        let steps = (20.0 / share) as u64;
+        let start = scene.random(34).around_zero(scene.components(), 0.2 * critical * scene.spacing);
+        simulation.set(Field::Displacement, &start).unwrap();
+        drive(&scene, &mut simulation, kind, 10.0 * critical, steps as f64 * time_step);
+        simulation.evaluate().unwrap();
+        let start = half_squared_acceleration(&simulation);
+        let mut missed = 0.0;
+        let mut before = bonds(&simulation);
+        let mut lost = 0.0;
+        for _ in 0..steps {
+            simulation.step(time_step, 1).unwrap();
+            let after = bonds(&simulation);
+            let (mut energies, mut parts) = (0.0, 0.0);
+            for (old, new) in before.iter().zip(&after).filter(|(old, new)| old.2 != new.2) {
+                prop_assert!(new.1 > critical && new.2 == 0.0);
+                let energy = new.1 * new.1 * scene.bond_weight(new.0);
+                energies += energy;
+                parts += energy * (1.0 - old.1 / new.1);
+            }
+            let dissipated = simulation.energy().unwrap().dissipated;
+            if energies > 0.0 {
+                missed += (dissipated - lost) * parts / energies;
+            }
+            (before, lost) = (after, dissipated);
+            let kick = half_squared_acceleration(&simulation) - start;
+            let error = simulation.energy().unwrap().closure_error - 0.25 * time_step * time_step * kick;
+            // Bonds bend the straight line by their strain, 1e-5, and more once parts fly about.
+            let rounding = 1e-4 * scale(&simulation);
+            prop_assert!(error.abs() <= missed + rounding, "{error:e} {missed:e} {rounding:e}");
         }
     }
 
@@ -181,7 +207,7 @@ proptest! {
         let time_step = 0.2 * simulation.stable_time_step().unwrap();
         drive(&scene, &mut simulation, kind, 0.02, 100.0 * time_step);
         let mut random = scene.random(33);
-        let pairs: Vec<[usize; 2]> = crate::scene::bonds(&simulation).iter().map(|b| b.0).collect();
+        let pairs: Vec<[usize; 2]> = bonds(&simulation).iter().map(|b| b.0).collect();
         for change in 0..12 {
             simulation.step(time_step, 8).unwrap();
             let before = simulation.energy().unwrap();

@@ -234,6 +234,13 @@ impl Scene {
         simulation
     }
 
+    /// Reference length times both volumes of a pair: what a bond's energy goes with.
+    pub fn bond_weight(&self, [i, j]: [usize; 2]) -> f64 {
+        let place = |point: usize| self.coordinates[point * self.dimension..].iter();
+        let squares = place(i).zip(place(j)).take(self.dimension).map(|(x, y)| (x - y).powi(2));
+        squares.sum::<f64>().sqrt() * self.volumes[i] * self.volumes[j]
+    }
+
     /// Breaks a tenth of the bonds and weakens a fifth of them.
     pub fn wound(&self, simulation: &mut Simulation) {
         let mut random = self.random(77);
