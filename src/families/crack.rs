@@ -8,6 +8,9 @@ use crate::memory;
 /// crossings this close to the rim are on the crack.
 const TOLERANCE: f64 = 1e-9;
 
+/// Products of four lengths below this stay finite.
+const LARGEST_COORDINATE: f64 = 1e75;
+
 /// A crack surface: a polygon in a plane of 3D space, or a segment in 2D.
 #[derive(Debug)]
 pub(crate) struct Crack {
@@ -30,9 +33,10 @@ impl Crack {
             return argument(format!("'vertex_count' is {count}; a polygon has at least 3"));
         }
         for (number, &x) in vertices.iter().enumerate() {
-            if !x.is_finite() || x.abs() > 1e100 {
+            if !x.is_finite() || x.abs() > LARGEST_COORDINATE {
                 return argument(format!(
-                    "'vertices': vertex {}, axis {}, is {x}; it must be finite",
+                    "'vertices': vertex {}, axis {}, is {x}; it must be finite and at most \
+                     {LARGEST_COORDINATE:e}",
                     number / dimension,
                     number % dimension
                 ));
@@ -56,7 +60,7 @@ impl Crack {
             })
         };
         let measure = length(&direction);
-        if !(measure > 1e-12 * size.powi(dimension as i32 - 1)) {
+        if measure <= 1e-12 * size.powi(dimension as i32 - 1) {
             return argument(
                 "'vertices': the crack has no extent; its vertices fall together or on a line",
             );

@@ -216,23 +216,6 @@ mod tests {
         assert!(subnormal > 0.0, "subnormal numbers are flushed");
     }
 
-    #[test]
-    fn a_worker_thread_that_inherits_a_hostile_environment_sets_the_default() {
-        let words = std::thread::spawn(|| {
-            FloatEnvironment::set_default();
-            let default = FloatEnvironment::enter_default().words();
-            FloatEnvironment::hostile().restore();
-            FloatEnvironment::set_default();
-            [default, FloatEnvironment::enter_default().words()]
-        })
-        .join()
-        .unwrap();
-        assert_eq!(words[0], words[1]);
-        if cfg!(target_arch = "x86_64") {
-            assert_eq!(words[0], [0x037F, 0, 0x1F80]);
-        }
-    }
-
     /// Some routines of the C library still use the x87 unit.
     fn raise_x87_invalid() {
         #[cfg(target_arch = "x86_64")]

@@ -129,8 +129,9 @@ fn places(points: &Points, thickness: &Property) -> Result<Vec<Place>> {
     for (inner, &point) in order.host.iter().enumerate() {
         let point = point as usize;
         let mut place = [0.0; 4];
-        for axis in 0..dimension {
-            place[axis] = points.coordinates()[point * dimension + axis] - order.centre[axis];
+        let host = &points.coordinates()[point * dimension..(point + 1) * dimension];
+        for (axis, x) in host.iter().enumerate() {
+            place[axis] = x - order.centre[axis];
         }
         place[3] = points.volumes()[point];
         if dimension == 2 {

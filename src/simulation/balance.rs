@@ -80,10 +80,9 @@ impl Simulation {
 
     /// Strain energy per volume of all points, in the inner order.
     pub(super) fn strain_energy_density(&self) -> Result<Vec<f64>> {
-        let Built { workers, plan, bonds, .. } = self.built()?;
-        let mut density = memory::filled(0.0, plan.count(), "strain energy")?;
-        let scene = plan.scene(workers, bonds, &self.state.current.displacement);
-        plan.formulation.strain_energy_density(&scene, &mut density);
+        let built = self.built()?;
+        let mut density = memory::filled(0.0, built.plan.count(), "strain energy")?;
+        built.strain_energy_density(&self.state.current.displacement, &mut density);
         Ok(density)
     }
 

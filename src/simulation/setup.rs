@@ -159,10 +159,10 @@ impl Simulation {
         };
         let order = self.points.order();
         self.points.for_each_in_set(set, |point| protected[order.place(point)] = true)?;
-        if let Some(Built { plan, .. }) = self.built.get_mut() {
-            if let Some(rule) = &mut plan.rule {
-                rule.protect(&plan.families, &protected)?;
-            }
+        if let Some(Built { plan: Plan { rule: Some(rule), families, .. }, .. }) =
+            self.built.get_mut()
+        {
+            rule.protect(families, &protected)?;
         }
         self.scene_requests.protected = Some(protected);
         Ok(())
@@ -193,18 +193,16 @@ impl Simulation {
         }
         self.close_ledger()?;
         let before = self.strain_energy_density()?;
-        let centre = self.points.order().centre;
-        if let Some(built) = self.built.get_mut() {
-            built.carry_out(&request, &centre)?;
-            built.stable_step = None;
-        }
-        self.state.force_fresh = false;
+        let mut after = memory::filled(0.0, before.len(), "strain energy")?;
+        let Self { state, built, points, .. } = self;
+        let Some(built) = built.get_mut() else { return Ok(()) };
+        built.carry_out(&request, &points.order().centre)?;
+        built.stable_step = None;
+        state.force_fresh = false;
         // What the bonds held is dissipated.
-        let after = self.strain_energy_density()?;
-        if let Some(built) = self.built.get_mut() {
-            for (point, dissipated) in built.dissipated[0].iter_mut().enumerate() {
-                *dissipated += before[point] - after[point];
-            }
+        built.strain_energy_density(&state.current.displacement, &mut after);
+        for (point, dissipated) in built.dissipated[0].iter_mut().enumerate() {
+            *dissipated += before[point] - after[point];
         }
         Ok(())
     }
@@ -269,6 +267,13 @@ impl Simulation {
 }
 
 impl Built {
+    /// Strain energy per volume of all points at a displacement, in the inner order.
+    pub(super) fn strain_energy_density(&self, displacement: &[f64], density: &mut [f64]) {
+        let scene = self.plan.scene(&self.workers, &self.bonds, displacement);
+        self.plan.formulation.strain_energy_density(&scene, density);
+    }
+
+    /// Changes bonds as the host asked; a failure comes before any change.
     fn carry_out(&mut self, request: &BondRequest, centre: &[f64; 3]) -> Result<()> {
         let Self { plan, bonds, .. } = self;
         match request {

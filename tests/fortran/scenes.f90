@@ -6,7 +6,8 @@ module scenes
   use testing, only: assert_ok, c
   implicit none
   private
-  public :: columns, destroy, make_material, make_plate, make_plate_points, plate_count, pull, rows
+  public :: broken_bonds, columns, destroy, make_material, make_plate, make_plate_points, make_steps
+  public :: plate_count, pull, rows
 
   integer, parameter :: columns = 16, rows = 9
   integer(c_int64_t), parameter :: plate_count = columns * rows
@@ -64,6 +65,26 @@ contains
     call assert_ok(perion_simulation_prescribe(simulation, c('right'), &
         PERION_QUANTITY_VELOCITY, 0, 0.02_c_double))
   end subroutine pull
+
+  !> Steps as long as is known to be stable.
+  subroutine make_steps(simulation, steps)
+    type(c_ptr), intent(in) :: simulation
+    integer, intent(in) :: steps
+    real(c_double) :: time_step
+
+    call assert_ok(perion_simulation_stable_time_step(simulation, time_step))
+    call assert_ok(perion_simulation_step(simulation, time_step, int(steps, c_int64_t)))
+  end subroutine make_steps
+
+  function broken_bonds(simulation)
+    type(c_ptr), intent(in) :: simulation
+    integer(c_int64_t) :: broken_bonds
+    type(perion_health) :: health
+
+    call perion_health_init(health)
+    call assert_ok(perion_simulation_health(simulation, health))
+    broken_bonds = health%broken_bonds
+  end function broken_bonds
 
   subroutine destroy(simulation)
     type(c_ptr), intent(inout) :: simulation

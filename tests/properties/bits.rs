@@ -120,7 +120,7 @@ proptest! {
     }
 }
 
-/// A box lists the points of its set in the host's order, which must not show in the sums over them.
+/// A box lists the points of its set in the host's order, which must not show in sums over them.
 #[test]
 fn the_hosts_order_of_points_in_a_box_changes_no_bit_of_the_work() {
     let block = Points::block(2, &[0.0; 2], &[20.0, 20.0], 1.0).unwrap();

@@ -96,8 +96,8 @@ fn scale(simulation: &Simulation) -> f64 {
 proptest! {
     #![proptest_config(cases(64))]
 
-    /// Where bonds are linear, velocity Verlet misses the energy by dt^2/8 sum m (a_n^2 - a_0^2), and
-    /// nothing else: the work of every load and constraint is exact.
+    /// Where bonds are linear, velocity Verlet misses the energy by dt^2/8 sum m (a_n^2 - a_0^2)
+    /// and nothing else: the work of every load and constraint is exact.
     #[test]
     fn the_closure_error_is_that_of_velocity_verlet_alone(
         recipe in small_bodies(), wound: bool, kind in drives(), share in 0.3..1.0_f64,
@@ -157,8 +157,8 @@ proptest! {
         prop_assert!((3.6..4.4).contains(&ratio) || fine < 1e-12 * size, "{ratio} {fine} {size}");
     }
 
-    /// A bond breaks within a step, at the end of which it pulls no more: of its energy E the account
-    /// may miss what that step has stored in it at the most, E (1 - s_n/s_{n+1}).
+    /// A bond breaks within a step, at the end of which it pulls no more: of its energy E the
+    /// account may miss what that step has stored in it at the most, E (1 - s_n/s_{n+1}).
     #[test]
     fn energy_closes_while_bonds_break(
         recipe in small_bodies(), kind in drives(), share in 0.05..1.0_f64,
@@ -169,7 +169,8 @@ proptest! {
         let mut simulation = scene.simulation(Some(critical));
         let time_step = share * simulation.stable_time_step().unwrap();
         let steps = (20.0 / share) as u64;
-        let start = scene.random(34).around_zero(scene.components(), 0.2 * critical * scene.spacing);
+        let size = 0.2 * critical * scene.spacing;
+        let start = scene.random(34).around_zero(scene.components(), size);
         simulation.set(Field::Displacement, &start).unwrap();
         drive(&scene, &mut simulation, kind, 10.0 * critical, steps as f64 * time_step);
         simulation.evaluate().unwrap();
@@ -193,7 +194,8 @@ proptest! {
             }
             (before, lost) = (after, dissipated);
             let kick = half_squared_acceleration(&simulation) - start;
-            let error = simulation.energy().unwrap().closure_error - 0.25 * time_step * time_step * kick;
+            let expected = 0.25 * time_step * time_step * kick;
+            let error = simulation.energy().unwrap().closure_error - expected;
             // Bonds bend the straight line by their strain, 1e-5, and more once parts fly about.
             let rounding = 1e-4 * scale(&simulation);
             prop_assert!(error.abs() <= missed + rounding, "{error:e} {missed:e} {rounding:e}");
@@ -201,13 +203,16 @@ proptest! {
     }
 
     #[test]
-    fn what_the_host_changes_by_hand_is_no_closure_error(recipe in small_bodies(), kind in drives()) {
+    fn what_the_host_changes_by_hand_is_no_closure_error(
+        recipe in small_bodies(), kind in drives(),
+    ) {
         let scene = recipe.scene();
         let mut simulation = scene.simulation(Some(0.05));
         let time_step = 0.2 * simulation.stable_time_step().unwrap();
         drive(&scene, &mut simulation, kind, 0.02, 100.0 * time_step);
         let mut random = scene.random(33);
-        let pairs: Vec<[usize; 2]> = bonds(&simulation).iter().map(|b| b.0).collect();
+        let pairs: Vec<[usize; 2]> =
+            bonds(&simulation).iter().map(|bond| bond.0).collect();
         for change in 0..12 {
             simulation.step(time_step, 8).unwrap();
             let before = simulation.energy().unwrap();
@@ -217,9 +222,8 @@ proptest! {
                 0 | 1 => {
                     let field = [Field::Displacement, Field::Velocity][change % 2];
                     let mut values = host(field);
-                    let size = if change % 2 == 0 { 0.01 * scene.spacing } else {
-                        0.01 * scene.spacing / time_step
-                    };
+                    let per = [1.0, time_step][change % 2];
+                    let size = 0.01 * scene.spacing / per;
                     let shake = random.around_zero(scene.components(), size);
                     values.iter_mut().zip(&shake).for_each(|(value, by)| *value += by);
                     simulation.set(field, &values).unwrap();

@@ -151,7 +151,10 @@ proptest! {
         prop_assert!(matches!(outcome, Err(Error::Numeric(_))), "{outcome:?}");
         let made = simulation.step_count();
         prop_assert!(0 < made && made < 1000, "{made}");
-        for field in Field::ALL {
+        // Not the energy: it overflows where its slope does not yet.
+        let moving =
+            [Field::Displacement, Field::Velocity, Field::Acceleration, Field::InternalForce];
+        for field in moving {
             let values = simulation.get(field).unwrap();
             prop_assert!(values.iter().all(|value| value.is_finite()), "{}", field.name());
         }

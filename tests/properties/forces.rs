@@ -97,7 +97,7 @@ proptest! {
     }
 }
 
-/// The slope of the total energy along one component, by central differences of each point's energy.
+/// The slope of the total energy along a component, by central differences of each point's energy.
 fn energy_slope(simulation: &mut Simulation, at: &[f64], component: usize, reach: f64) -> f64 {
     let volumes = simulation.get(Field::Volume).unwrap();
     let mut densities = [1.0, -1.0].map(|sign| {
@@ -115,7 +115,9 @@ proptest! {
     #![proptest_config(cases(48))]
 
     #[test]
-    fn force_is_minus_the_slope_of_the_energy(recipe in bodies(), wound: bool, strain in 0.005..0.08) {
+    fn force_is_minus_the_slope_of_the_energy(
+        recipe in bodies(), wound: bool, strain in 0.005..0.08,
+    ) {
         let scene = recipe.scene();
         let mut simulation = scene.simulation(None);
         if wound {

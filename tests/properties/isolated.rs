@@ -48,8 +48,15 @@ proptest! {
             let from = values.len() / scene.count() * bound;
             values[from..].to_vec()
         };
-        for field in [Field::InternalForce, Field::Acceleration, Field::Damage,
-            Field::StrainEnergyDensity, Field::NeighborCount, Field::DissipatedEnergyDensity] {
+        let nothing = [
+            Field::InternalForce,
+            Field::Acceleration,
+            Field::Damage,
+            Field::StrainEnergyDensity,
+            Field::NeighborCount,
+            Field::DissipatedEnergyDensity,
+        ];
+        for field in nothing {
             prop_assert!(lone(field).iter().all(|&value| value == 0.0), "{}", field.name());
         }
         prop_assert!(lone(Field::TimeStepEstimate).iter().all(|value| value.is_finite()));
@@ -81,17 +88,17 @@ proptest! {
     }
 
     #[test]
-    fn a_single_point_falls_as_galileo_says(dimension in 2..4_usize, seed: u64, steps in 1..200_u64) {
+    fn a_single_point_falls_as_galileo_says(
+        dimension in 2..4_usize, seed: u64, steps in 1..200_u64,
+    ) {
         let mut random = Random(seed);
         let place = random.around_zero(dimension, 5.0);
         let points = Points::new(dimension, &place, &[random.between(0.1, 2.0)]).unwrap();
         let mut model = Model::new("bond_based").unwrap();
         let density = random.between(0.5, 3.0);
-        for (key, value) in [
-            ("density", density), ("youngs_modulus", 1.0), ("horizon", 1.0),
-            ("critical_stretch", 0.1),
-        ] {
-            model.set(key, value).unwrap();
+        model.set("density", density).unwrap();
+        for key in ["youngs_modulus", "horizon", "critical_stretch"] {
+            model.set(key, 1.0).unwrap();
         }
         let mut simulation = Simulation::new(&points, &model).unwrap();
         let (load, speed) = (random.between(-1.0, 1.0), random.around_zero(dimension, 1.0));
@@ -108,13 +115,13 @@ proptest! {
             prop_assert!((displacement[axis] - flown).abs() < 1e-14 * size);
         }
         let energy = simulation.energy().unwrap();
-        prop_assert!(energy.closure_error.abs() < 1e-13 * (energy.kinetic + energy.external_work.abs()));
+        let scale = energy.kinetic + energy.external_work.abs();
+        prop_assert!(energy.closure_error.abs() < 1e-13 * scale);
         let health = simulation.health().unwrap();
         prop_assert_eq!((health.isolated.count, health.isolated.first), (1, Some(0)));
         prop_assert_eq!((health.bonds, simulation.bond_count().unwrap()), (0, 0));
         simulation.release("all", Quantity::BodyForce, 1).unwrap();
         simulation.prescribe("all", Quantity::Displacement, 0, 2.5).unwrap();
-        simulation.break_crossing(&[-9.0; 9][..0]).unwrap_err();
         simulation.step(0.125, 2).unwrap();
         prop_assert_eq!(simulation.get(Field::Displacement).unwrap()[0], 2.5);
         prop_assert_eq!(simulation.get(Field::Reaction).unwrap()[0], 0.0);

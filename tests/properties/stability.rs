@@ -61,11 +61,8 @@ proptest! {
     fn the_stable_step_of_two_points_is_stable(dimension in 2..4_usize, seed: u64) {
         let mut random = Random(seed);
         let place = random.around_zero(dimension, 1.0);
-        let coordinates: Vec<f64> = place.iter().flat_map(|&x| [x, -x]).collect();
-        let mut pair = vec![0.0; 2 * dimension];
-        for axis in 0..dimension {
-            (pair[axis], pair[dimension + axis]) = (coordinates[2 * axis], coordinates[2 * axis + 1]);
-        }
+        let opposite = place.iter().map(|x| -x).collect();
+        let pair = [place.clone(), opposite].concat();
         let length = 2.0 * place.iter().map(|x| x * x).sum::<f64>().sqrt();
         let volumes = [random.between(0.1, 3.0), random.between(0.1, 3.0)];
         let mut points = Points::new(dimension, &pair, &volumes).unwrap();
