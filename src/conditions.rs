@@ -217,11 +217,6 @@ impl Conditions {
         Ok(())
     }
 
-    /// Whether some condition is a function of the host's, to be asked on its own thread.
-    pub(crate) fn has_functions(&self) -> bool {
-        self.list.iter().any(|known| matches!(known.source, Source::Function { .. }))
-    }
-
     /// Whether any body force changes by itself.
     pub(crate) fn loads_vary(&self) -> bool {
         self.list

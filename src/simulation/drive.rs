@@ -1,7 +1,6 @@
 //! Driving a simulation: evaluate and commit for hosts that step themselves, and step.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 use super::setup::Built;
 use super::{LogLevel, Simulation};
@@ -228,8 +227,8 @@ impl Simulation {
         Ok(Stepping { time_step, done: 0, total: steps })
     }
 
-    /// Makes the next step of a run when `single`, or all that can be made without calling the host.
-    /// Gives where the run stands, `None` when it was complete already.
+    /// Makes the next step of a run when `single`, else all of them. Gives where the run stands, `None`
+    /// when it was complete already.
     ///
     /// # Errors
     /// As [`Simulation::step`].
@@ -240,15 +239,9 @@ impl Simulation {
         }
         self.evaluate()?;
         self.open_ledger()?;
-        let single = single || self.conditions.has_functions();
         let steps = if single { 1 } else { total - stepping.done };
-        if single {
+        for _ in 0..steps {
             self.step_once(time_step)?;
-        } else {
-            // One hand-over to the workers for the whole run.
-            let workers = Arc::clone(&self.built()?.workers);
-            let made = workers.install(|| (0..steps).try_for_each(|_| self.step_once(time_step)));
-            made?;
         }
         stepping.done += steps;
         Ok(Some(Progress { done: stepping.done, total, time: self.state.time }))

@@ -10,7 +10,7 @@ mod files;
 mod setup;
 pub(crate) mod state;
 
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Mutex, OnceLock};
 
 use crate::conditions::{ConditionFunction, Conditions, Quantity, Source};
 use crate::error::{Result, argument, state};
@@ -112,7 +112,7 @@ impl Simulation {
             return argument(format!("'threads' is {threads}; it must be 1 to {MOST_THREADS}"));
         }
         if let Some(built) = self.built.get_mut() {
-            built.workers = Arc::new(Workers::new(threads)?);
+            built.workers = Workers::new(threads)?;
         }
         self.threads = threads;
         Ok(())

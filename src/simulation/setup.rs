@@ -1,7 +1,5 @@
 //! Set-up: materials by set, interfaces, pre-cracks and integrity, and the building of the families.
 
-use std::sync::Arc;
-
 use super::{LogLevel, Simulation, refuse_after_setup};
 use crate::damage::BondState;
 use crate::error::{Result, argument};
@@ -13,7 +11,7 @@ use crate::workers::{Workers, block_count};
 
 /// What is built once, when set-up ends.
 pub(crate) struct Built {
-    pub(crate) workers: Arc<Workers>,
+    pub(crate) workers: Workers,
     pub(crate) plan: Plan,
     pub(crate) bonds: BondState,
     /// Masks that the next step is made in; empty when nothing can break.
@@ -228,7 +226,7 @@ impl Simulation {
     }
 
     fn build(&self) -> Result<Built> {
-        let workers = Arc::new(Workers::new(self.threads)?);
+        let workers = Workers::new(self.threads)?;
         let requests = &self.scene_requests;
         let plan = Plan::new(&workers, &self.points, &self.models, &self.model_of, requests)?;
         let bonds = BondState::new(&plan.families)?;

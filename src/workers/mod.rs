@@ -3,12 +3,14 @@
 //! Points are swept in fixed blocks of the inner order. A sweep writes only to what belongs to its
 //! own points; sums add up within a block and then block by block, in order.
 
+mod pool;
+
 use std::ops::Range;
 use std::sync::Mutex;
-use std::thread::JoinHandle;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::error::{Error, Result};
-use crate::memory;
+use crate::error::Result;
+use pool::Pool;
 
 /// Points that are swept by one thread in one go, and summed as one.
 pub(crate) const BLOCK: usize = 256;
@@ -16,36 +18,18 @@ pub(crate) const BLOCK: usize = 256;
 /// Most threads that a host may ask for.
 pub(crate) const MOST_THREADS: usize = 4096;
 
-/// The threads of one simulation. One thread needs none but the caller's.
+/// Parts that a sweep is cut into at most; threads take one after the other.
+const MOST_PARTS: usize = 64;
+
+/// The threads of one simulation.
 pub(crate) struct Workers {
-    pool: Option<rayon::ThreadPool>,
-    handles: Vec<JoinHandle<()>>,
+    pool: Pool,
 }
 
 impl Workers {
-    /// Starts `threads` workers, or none for one thread.
+    /// Starts as many threads as are missing to `threads`, the caller's own counted.
     pub(crate) fn new(threads: usize) -> Result<Self> {
-        if threads <= 1 {
-            return Ok(Self { pool: None, handles: Vec::new() });
-        }
-        let handles = Mutex::new(memory::reserved(threads, "threads")?);
-        let built = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .spawn_handler(|worker| {
-                let name = format!("perion-worker-{}", worker.index());
-                let handle = std::thread::Builder::new().name(name).spawn(move || worker.run())?;
-                lock(&handles).push(handle);
-                Ok(())
-            })
-            .build();
-        let handles = handles.into_inner().unwrap_or_else(|poison| poison.into_inner());
-        match built {
-            Ok(pool) => Ok(Self { pool: Some(pool), handles }),
-            Err(error) => {
-                join(handles);
-                Err(Error::State(format!("{threads} threads could not be started: {error}")))
-            }
-        }
+        Ok(Self { pool: Pool::new(threads.max(1))? })
     }
 
     /// The number of threads that a host gets unless it says otherwise: `PERION_NUM_THREADS`,
@@ -62,19 +46,6 @@ impl Workers {
             .unwrap_or(1)
     }
 
-    #[cfg(test)]
-    pub(crate) fn threads(&self) -> usize {
-        self.handles.len().max(1)
-    }
-
-    /// Runs `work` on one of the workers, so that the sweeps in it start without a hand-over each.
-    pub(crate) fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        match &self.pool {
-            Some(pool) => pool.install(work),
-            None => work(),
-        }
-    }
-
     /// Calls `leaf` for each block of points with the part of `outputs` that belongs to it.
     pub(crate) fn sweep<O: Outputs>(
         &self,
@@ -82,10 +53,23 @@ impl Workers {
         outputs: O,
         leaf: impl Fn(Range<usize>, O) + Sync,
     ) {
-        match &self.pool {
-            Some(pool) => pool.install(|| divide::<O, true>(0..points, outputs, &leaf)),
-            None => divide::<O, false>(0..points, outputs, &leaf),
+        let threads = self.pool.threads();
+        let count = block_count(points).min(8 * threads).min(MOST_PARTS);
+        if threads == 1 || count < 2 {
+            return divide(0..points, outputs, &leaf);
         }
+        let mut parts: [Mutex<Option<(Range<usize>, O)>>; MOST_PARTS] =
+            [const { Mutex::new(None) }; MOST_PARTS];
+        share_out(0..points, outputs, &mut parts[..count]);
+        let next = AtomicUsize::new(0);
+        self.pool.run(&|| {
+            while let Some(part) = parts[..count].get(next.fetch_add(1, Ordering::Relaxed)) {
+                let taken = part.lock().unwrap_or_else(|poison| poison.into_inner()).take();
+                if let Some((range, outputs)) = taken {
+                    divide(range, outputs, &leaf);
+                }
+            }
+        });
     }
 
     /// The sum of `term` over all points, the same bits for any number of threads.
@@ -107,47 +91,39 @@ pub(crate) fn block_count(points: usize) -> usize {
     points.div_ceil(BLOCK)
 }
 
-impl Drop for Workers {
-    fn drop(&mut self) {
-        // Ends the pool's threads, which then can be waited for: none outlives the simulation.
-        self.pool = None;
-        join(std::mem::take(&mut self.handles));
-    }
-}
-
-fn join(handles: Vec<JoinHandle<()>>) {
-    for handle in handles {
-        // A worker that panicked has reported it through the sweep already.
-        let _ = handle.join();
-    }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(|poison| poison.into_inner())
-}
-
-fn divide<O: Outputs, const PARALLEL: bool>(
+/// Cuts a range of points between blocks, into as many parts as there is room for.
+fn share_out<O: Outputs>(
     points: Range<usize>,
     outputs: O,
+    parts: &mut [Mutex<Option<(Range<usize>, O)>>],
+) {
+    let [part] = parts else {
+        let (fewer, more) = parts.split_at_mut(parts.len() / 2);
+        let share = block_count(points.len()) * fewer.len() / (fewer.len() + more.len());
+        let middle = points.start + share * BLOCK;
+        let (low, high) = outputs.split(points.start, middle);
+        share_out(points.start..middle, low, fewer);
+        share_out(middle..points.end, high, more);
+        return;
+    };
+    *part = Mutex::new(Some((points, outputs)));
+}
+
+/// Calls `leaf` block by block.
+fn divide<O: Outputs>(
+    points: Range<usize>,
+    mut outputs: O,
     leaf: &(impl Fn(Range<usize>, O) + Sync),
 ) {
-    let blocks = block_count(points.len());
-    if blocks <= 1 {
-        if blocks == 1 {
-            leaf(points, outputs);
-        }
-        return;
+    let mut start = points.start;
+    while points.end - start > BLOCK {
+        let (block, rest) = outputs.split(start, start + BLOCK);
+        leaf(start..start + BLOCK, block);
+        outputs = rest;
+        start += BLOCK;
     }
-    let middle = points.start + blocks / 2 * BLOCK;
-    let (low, high) = outputs.split(points.start, middle);
-    if PARALLEL {
-        rayon::join(
-            || divide::<O, PARALLEL>(points.start..middle, low, leaf),
-            || divide::<O, PARALLEL>(middle..points.end, high, leaf),
-        );
-    } else {
-        divide::<O, PARALLEL>(points.start..middle, low, leaf);
-        divide::<O, PARALLEL>(middle..points.end, high, leaf);
+    if start < points.end {
+        leaf(start..points.end, outputs);
     }
 }
 
@@ -234,7 +210,6 @@ mod tests {
         let expected = Workers::new(1).unwrap().sum(points, &mut partial, term);
         for threads in 2..5 {
             let workers = Workers::new(threads).unwrap();
-            assert_eq!(workers.threads(), threads);
             let sum = workers.sum(points, &mut partial, term);
             assert_eq!(sum.to_bits(), expected.to_bits());
         }

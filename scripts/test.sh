@@ -1,0 +1,37 @@
+#!/bin/sh
+# Everything that is tested; prints a closing line that counts. Called by `make test`.
+set -eu
+. scripts/need.sh
+need gfortran gfortran gcc-gfortran "the Fortran tests" || true
+need valgrind valgrind valgrind "the memory tests" || true
+
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+failures=0
+
+step() {
+    echo "== $1 =="
+    shift
+    if "$@" 2>&1; then return 0; fi
+    failures=$((failures + 1))
+    echo "failed: $*"
+}
+
+if $CARGO fmt --version > /dev/null 2>&1; then
+    step "rustfmt" $CARGO fmt --check
+fi
+if $CARGO clippy --version > /dev/null 2>&1; then
+    step "clippy" $CARGO clippy --release --quiet --all-targets -- -D warnings
+fi
+echo "== tests =="
+if $CARGO test --release --no-fail-fast > "$log" 2>&1; then :; else failures=$((failures + 1)); fi
+cat "$log"
+
+count() {
+    awk -v what="$1" '/^test result:/ { for (k = 1; k < NF; ++k) if ($(k + 1) ~ what) sum += $k } END { print sum + 0 }' "$log"
+}
+passed=$(count passed)
+failed=$(count failed)
+[ "$failures" -eq 0 ] || [ "$failed" -gt 0 ] || failed=$failures
+echo "$passed passed, $failed failed"
+[ "$failures" -eq 0 ]

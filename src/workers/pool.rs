@@ -1,0 +1,231 @@
+//! The threads of one simulation, and how a job that borrows from its caller runs on all of them.
+//!
+//! The caller works along as one of them, so that one thread needs no other. Nothing is allocated to
+//! start a job. Threads wait for the next job awake for a few microseconds and then asleep.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::thread::JoinHandle;
+
+use crate::error::{Error, Result};
+use crate::memory;
+
+/// Looks at the job counter before a thread goes to sleep.
+const LOOKS: u32 = 2000;
+
+pub(super) struct Pool {
+    shared: Arc<Shared>,
+    handles: Vec<JoinHandle<()>>,
+    /// Held by the caller whose job the threads run.
+    entry: Mutex<()>,
+}
+
+struct Shared {
+    orders: Mutex<Orders>,
+    /// Tells sleeping threads of a new job, or of the end.
+    changed: Condvar,
+    /// Tells the caller that all threads have done their part.
+    finished: Condvar,
+    /// Number of jobs so far: what waiting threads look at.
+    jobs: AtomicU64,
+    /// Looks at `jobs` before sleeping; none when there are more threads than cores.
+    looks: u32,
+}
+
+struct Orders {
+    job: Option<Job>,
+    /// Number of jobs so far.
+    number: u64,
+    /// Threads that have not yet done their part of the job.
+    working: usize,
+    panic: Option<Box<dyn Any + Send>>,
+    ended: bool,
+}
+
+/// A job that every thread runs once; it shares its work out by itself.
+#[derive(Clone, Copy)]
+struct Job(*const (dyn Fn() + Sync));
+
+// SAFETY: what it points to is `Sync`, and `Pool::run` keeps it alive until no thread uses it.
+unsafe impl Send for Job {}
+
+impl Pool {
+    /// A pool in which `threads` threads work, the caller among them.
+    pub(super) fn new(threads: usize) -> Result<Self> {
+        let cores = std::thread::available_parallelism().map_or(1, Into::into);
+        let orders = Orders { job: None, number: 0, working: 0, panic: None, ended: false };
+        let shared = Arc::new(Shared {
+            orders: Mutex::new(orders),
+            changed: Condvar::new(),
+            finished: Condvar::new(),
+            jobs: AtomicU64::new(0),
+            looks: if threads <= cores { LOOKS } else { 0 },
+        });
+        let handles = memory::reserved(threads - 1, "threads")?;
+        let mut pool = Self { shared, handles, entry: Mutex::new(()) };
+        for number in 1..threads {
+            let shared = Arc::clone(&pool.shared);
+            let thread = std::thread::Builder::new().name(format!("perion-worker-{number}"));
+            let handle = thread.spawn(move || shared.serve()).map_err(|error| {
+                Error::State(format!("thread {number} of {threads} could not be started: {error}"))
+            })?;
+            pool.handles.push(handle);
+        }
+        Ok(pool)
+    }
+
+    /// Number of threads that work, the caller among them.
+    pub(super) fn threads(&self) -> usize {
+        self.handles.len() + 1
+    }
+
+    /// Runs `job` once on each thread, and returns when all are done. While another caller has the
+    /// threads, it runs on the caller's alone.
+    pub(super) fn run(&self, job: &(dyn Fn() + Sync)) {
+        let Ok(_entry) = self.entry.try_lock() else { return job() };
+        let pointer: *const (dyn Fn() + Sync + '_) = job;
+        // SAFETY: only the lifetime changes; the pointer is not used after this function, which does not
+        // end before all threads are done with it.
+        let pointer: *const (dyn Fn() + Sync + 'static) = unsafe { std::mem::transmute(pointer) };
+        {
+            let mut orders = self.shared.lock();
+            orders.job = Some(Job(pointer));
+            orders.working = self.handles.len();
+            orders.number += 1;
+            self.shared.jobs.store(orders.number, Ordering::Release);
+        }
+        self.shared.changed.notify_all();
+        let own = catch_unwind(AssertUnwindSafe(job));
+        let mut orders = self.shared.lock();
+        while orders.working > 0 {
+            orders = wait(&self.shared.finished, orders);
+        }
+        orders.job = None;
+        let panic = own.err().or(orders.panic.take());
+        drop(orders);
+        drop(_entry);
+        if let Some(payload) = panic {
+            resume_unwind(payload);
+        }
+    }
+}
+
+impl Drop for Pool {
+    fn drop(&mut self) {
+        self.shared.lock().ended = true;
+        // Whoever looks at the counter instead of sleeping takes the lock then, and sees the end.
+        self.shared.jobs.fetch_add(1, Ordering::Release);
+        self.shared.changed.notify_all();
+        for handle in self.handles.drain(..) {
+            // A thread contains the panics of its jobs.
+            let _ = handle.join();
+        }
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Orders> {
+        self.orders.lock().unwrap_or_else(|poison| poison.into_inner())
+    }
+
+    /// What each thread does: one job after the other, until the end.
+    fn serve(&self) {
+        let mut done = 0;
+        while let Some((Job(job), number)) = self.next(done) {
+            // SAFETY: `Pool::run` waits until this thread has counted itself off below.
+            let result = catch_unwind(AssertUnwindSafe(|| unsafe { (*job)() }));
+            done = number;
+            let mut orders = self.lock();
+            if let Err(payload) = result {
+                orders.panic.get_or_insert(payload);
+            }
+            orders.working -= 1;
+            if orders.working == 0 {
+                self.finished.notify_one();
+            }
+        }
+    }
+
+    /// The first job after number `done`, or `None` at the end.
+    fn next(&self, done: u64) -> Option<(Job, u64)> {
+        for _ in 0..self.looks {
+            if self.jobs.load(Ordering::Acquire) != done {
+                break;
+            }
+            std::hint::spin_loop();
+        }
+        let mut orders = self.lock();
+        loop {
+            if orders.ended {
+                return None;
+            }
+            match orders.job {
+                Some(job) if orders.number != done => return Some((job, orders.number)),
+                _ => orders = wait(&self.changed, orders),
+            }
+        }
+    }
+}
+
+fn wait<'a>(condition: &Condvar, orders: MutexGuard<'a, Orders>) -> MutexGuard<'a, Orders> {
+    condition.wait(orders).unwrap_or_else(|poison| poison.into_inner())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::AtomicUsize;
+
+    #[test]
+    fn every_thread_runs_each_job_once() {
+        for threads in 1..6 {
+            let pool = Pool::new(threads).unwrap();
+            for _ in 0..500 {
+                let runs = AtomicUsize::new(0);
+                pool.run(&|| {
+                    runs.fetch_add(1, Ordering::Relaxed);
+                });
+                assert_eq!(runs.into_inner(), threads);
+            }
+        }
+    }
+
+    #[test]
+    fn a_panic_on_any_thread_reaches_the_caller_and_the_pool_goes_on() {
+        let pool = Pool::new(3).unwrap();
+        for victim in 0..3 {
+            let order = AtomicUsize::new(0);
+            let job = || {
+                if order.fetch_add(1, Ordering::Relaxed) == victim {
+                    resume_unwind(Box::new("broken"));
+                }
+            };
+            let payload = catch_unwind(AssertUnwindSafe(|| pool.run(&job))).unwrap_err();
+            assert_eq!(payload.downcast_ref::<&str>(), Some(&"broken"));
+        }
+        pool.run(&|| ());
+    }
+
+    #[test]
+    fn callers_at_once_do_not_wait_for_each_other() {
+        let pool = Pool::new(2).unwrap();
+        let total = AtomicUsize::new(0);
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    for _ in 0..200 {
+                        let runs = AtomicUsize::new(0);
+                        pool.run(&|| {
+                            runs.fetch_add(1, Ordering::Relaxed);
+                        });
+                        assert!((1..=2).contains(&runs.into_inner()));
+                        total.fetch_add(1, Ordering::Relaxed);
+                    }
+                });
+            }
+        });
+        assert_eq!(total.into_inner(), 800);
+    }
+}
