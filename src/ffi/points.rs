@@ -45,7 +45,9 @@ pub unsafe extern "C" fn perion_points_create(
         let axes = convert(dimension.into(), "dimension")?;
         let number = convert(count, "count")?;
         let step = convert(stride, "stride")?;
-        let reach = length(number, step, axes, "coordinates")?;
+        // What is refused anyway is not read: the host's array may be shorter than it says.
+        let sound = matches!(axes, 2 | 3) && step >= axes;
+        let reach = if sound { length(number, step, axes, "coordinates")? } else { 0 };
         // SAFETY: the header's contract.
         unsafe {
             let coordinates = slice(coordinates, reach, "coordinates")?;

@@ -9,6 +9,7 @@ mod fields;
 mod files;
 mod setup;
 pub(crate) mod state;
+mod values;
 
 use std::sync::{Mutex, OnceLock};
 

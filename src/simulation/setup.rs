@@ -210,13 +210,16 @@ impl Simulation {
         if let Some(built) = self.built.get() {
             return Ok(built);
         }
-        let _building = self.building.lock().unwrap_or_else(|poison| poison.into_inner());
+        let building = self.building.lock().unwrap_or_else(|poison| poison.into_inner());
         if let Some(built) = self.built.get() {
             return Ok(built);
         }
         let built = self.build()?;
-        self.warn_of_isolated(&built);
-        Ok(self.built.get_or_init(|| built))
+        let built = self.built.get_or_init(|| built);
+        // The host's log may look at the simulation, which must not wait for itself.
+        drop(building);
+        self.warn_of_isolated(built);
+        Ok(built)
     }
 
     /// As [`Simulation::built`], to change it.
