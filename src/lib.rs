@@ -34,6 +34,8 @@
 //! state on, and [`Simulation`] ties them together. `ffi` is the C interface, `output` writes files,
 //! `memory` and `workers` are what all of them stand on.
 
+#![cfg_attr(test, allow(clippy::disallowed_methods, clippy::disallowed_macros))]
+
 mod conditions;
 mod damage;
 mod error;

@@ -4,7 +4,7 @@
  * A plate of 100 x 40 x 4 mm has a crack from its left edge to its centre. At time 0 a tension of 1 MPa
  * is put on its upper and lower edge and held. The crack starts to run and splits in two.
  *
- * Usage: branching [points along the plate, 200] [output file, out/branching/c.pvd]
+ * Usage: branching [points along the plate, 200] [output file, branching_c.pvd]
  *
  * What a host program does with Perion, in order: points, sets, model, simulation, conditions, step,
  * results. The same program stands beside this one in Fortran and in Rust; all three print the same
@@ -44,7 +44,7 @@ static double seconds_since(const struct timespec *start)
 }
 
 /* Perion calls this after each step. It may look at the simulation and write files; a result other than
- * 0 would stop the run. */
+ * 0 stops the run. It must return: no exit, no longjmp. */
 static int show_progress(void *user, int64_t done, int64_t total, double time)
 {
     static const perion_field fields[] = {PERION_FIELD_DAMAGE, PERION_FIELD_DISPLACEMENT,
@@ -57,9 +57,11 @@ static int show_progress(void *user, int64_t done, int64_t total, double time)
     if (twentieth == watching->shown)
         return 0;
     watching->shown = twentieth;
-    if (watching->series[0] != '\0')
-        check(perion_simulation_write_series(watching->simulation, watching->series,
-                                             sizeof fields / sizeof fields[0], fields));
+    if (perion_simulation_write_series(watching->simulation, watching->series,
+                                       sizeof fields / sizeof fields[0], fields) != PERION_OK) {
+        fprintf(stderr, "%s\n", perion_last_error());
+        return 1;
+    }
     elapsed = seconds_since(&watching->start);
     printf("step %5lld of %lld, %5.1f us, %6.1f s left\n", (long long)done, (long long)total,
            1e6 * time, elapsed * (double)(total - done) / (double)done);
@@ -92,7 +94,7 @@ int main(int argc, char **argv)
     const double end_time = 50e-6;                           /* seconds */
     const double traction = 1e6;                             /* pascals */
     const int along = argc > 1 ? atoi(argv[1]) : 200;
-    const char *series = argc > 2 ? argv[2] : "out/branching/c.pvd";
+    const char *series = argc > 2 ? argv[2] : "branching_c.pvd";
 
     perion_points *points = NULL;
     perion_model *glass = NULL;

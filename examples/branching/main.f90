@@ -3,7 +3,7 @@
 !> A plate of 100 x 40 x 4 mm has a crack from its left edge to its centre. At time 0 a tension of 1 MPa
 !> is put on its upper and lower edge and held. The crack starts to run and splits in two.
 !>
-!> Usage: branching [points along the plate, 200] [output file, out/branching/fortran.pvd]
+!> Usage: branching [points along the plate, 200] [output file, branching_fortran.pvd]
 !>
 !> What a host program does with Perion, in order: points, sets, model, simulation, conditions, step,
 !> results. The same program stands beside this one in C and in Rust; all three print the same hash,
@@ -221,7 +221,7 @@ program branching
   real(c_double) :: spacing, lower(3), upper(3), below_top(3), above_bottom(3), body_force, stable
 
   along_text = argument(1, '200')
-  watching%series = argument(2, 'out/branching/fortran.pvd')
+  watching%series = argument(2, 'branching_fortran.pvd')
   read (along_text, '(i10)', iostat=flaw) along
   if (flaw /= 0) along = 0
   if (along < 10) then

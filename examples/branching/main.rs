@@ -4,7 +4,7 @@
 //! 1 MPa is put on its upper and lower edge and held. The crack starts to run and splits in two.
 //!
 //! `cargo run --release --example branching -- [points along the plate, 200] [output file,
-//! out/branching/rust.pvd]`
+//! branching_rust.pvd]`
 //!
 //! What a host program does with Perion, in order: points, sets, model, simulation, conditions, step,
 //! results. The same program stands beside this one in C and in Fortran; all three print the same
@@ -18,7 +18,7 @@ use perion::{Field, Model, Points, Progress, Quantity, Result, Simulation};
 
 fn main() -> ExitCode {
     let along = std::env::args().nth(1).unwrap_or_else(|| "200".into()).parse().unwrap_or(0);
-    let series = std::env::args().nth(2).unwrap_or_else(|| "out/branching/rust.pvd".into());
+    let series = std::env::args().nth(2).unwrap_or_else(|| "branching_rust.pvd".into());
     if along < 10 {
         eprintln!("at least 10 points along the plate are needed");
         return ExitCode::FAILURE;

@@ -197,8 +197,7 @@ mod tests {
     #[test]
     fn a_notched_polygon_holds_its_inside_and_its_rim() {
         // An L in the plane z = 2, given in either sense.
-        let mut outline =
-            vec![[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+        let mut outline = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
         for _ in 0..2 {
             let vertices: Vec<f64> = outline.iter().flat_map(|v| [v[0], v[1], 2.0]).collect();
             let crack = Crack::new(3, &vertices).unwrap();

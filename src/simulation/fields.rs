@@ -83,6 +83,17 @@ impl Field {
         }
     }
 
+    /// Refuses fields that the host cannot write.
+    pub(crate) fn check_settable(self) -> Result<()> {
+        match self {
+            Self::Displacement | Self::Position | Self::Velocity | Self::BodyForce => Ok(()),
+            _ => Err(Error::Unsupported(format!(
+                "'field' {} cannot be set; displacement, position, velocity and body_force can",
+                self.name()
+            ))),
+        }
+    }
+
     /// Numbers a point has of it in a body of this dimension.
     pub fn components(self, dimension: usize) -> usize {
         match self {
@@ -152,6 +163,7 @@ impl Simulation {
     /// `Argument` for a length that is not that of the field or a value that is not finite;
     /// `Unsupported` for any other field; `Memory`.
     pub fn set(&mut self, field: Field, values: &[f64]) -> Result<()> {
+        field.check_settable()?;
         let dimension = self.points.dimension();
         check_length(values.len(), self.points.count(), dimension)?;
         self.set_strided(None, field, values, dimension)
@@ -169,15 +181,7 @@ impl Simulation {
         stride: usize,
     ) -> Result<()> {
         let dimension = self.points.dimension();
-        if !matches!(
-            field,
-            Field::Displacement | Field::Position | Field::Velocity | Field::BodyForce
-        ) {
-            return Err(Error::Unsupported(format!(
-                "'field' {} cannot be set; displacement, position, velocity and body_force can",
-                field.name()
-            )));
-        }
+        field.check_settable()?;
         let set = self.check_strided(set, dimension, values.len(), stride)?;
         self.check_values(set, field, values, stride)?;
         match field {

@@ -21,6 +21,9 @@ pub(crate) const MOST_THREADS: usize = 4096;
 /// Parts that a sweep is cut into at most; threads take one after the other.
 const MOST_PARTS: usize = 64;
 
+/// Points and what a sweep writes of them, until a thread takes both.
+type Part<O> = Mutex<Option<(Range<usize>, O)>>;
+
 /// The threads of one simulation.
 pub(crate) struct Workers {
     pool: Pool,
@@ -58,8 +61,7 @@ impl Workers {
         if threads == 1 || count < 2 {
             return divide(0..points, outputs, &leaf);
         }
-        let mut parts: [Mutex<Option<(Range<usize>, O)>>; MOST_PARTS] =
-            [const { Mutex::new(None) }; MOST_PARTS];
+        let mut parts: [Part<O>; MOST_PARTS] = [const { Mutex::new(None) }; MOST_PARTS];
         share_out(0..points, outputs, &mut parts[..count]);
         let next = AtomicUsize::new(0);
         self.pool.run(&|| {
@@ -92,11 +94,7 @@ pub(crate) fn block_count(points: usize) -> usize {
 }
 
 /// Cuts a range of points between blocks, into as many parts as there is room for.
-fn share_out<O: Outputs>(
-    points: Range<usize>,
-    outputs: O,
-    parts: &mut [Mutex<Option<(Range<usize>, O)>>],
-) {
+fn share_out<O: Outputs>(points: Range<usize>, outputs: O, parts: &mut [Part<O>]) {
     let [part] = parts else {
         let (fewer, more) = parts.split_at_mut(parts.len() / 2);
         let share = block_count(points.len()) * fewer.len() / (fewer.len() + more.len());

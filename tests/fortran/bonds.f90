@@ -55,7 +55,7 @@ contains
     integer(c_int64_t), allocatable :: pairs(:, :)
     real(c_double), allocatable :: stretch(:), integrity(:)
     real(c_double) :: reference(2, 0:plate_count - 1)
-    logical :: seen(0:plate_count - 1, 0:plate_count - 1)
+    logical, allocatable :: seen(:, :)
     integer(c_int64_t) :: k, one, other, within
     type(c_ptr) :: simulation
 
@@ -64,7 +64,7 @@ contains
     call assert_ok(perion_simulation_get(simulation, PERION_FIELD_REFERENCE_POSITION, reference, &
         2 * plate_count))
     call all_bonds(simulation, pairs, stretch, integrity)
-    seen = .false.
+    allocate (seen(0:plate_count - 1, 0:plate_count - 1), source=.false.)
     do k = 1, size(pairs, 2, c_int64_t)
       one = minval(pairs(:, k))
       other = maxval(pairs(:, k))
@@ -125,7 +125,6 @@ contains
     integer(c_int64_t), parameter :: pair(2) = [3, 4]
     integer(c_int64_t), allocatable :: pairs(:, :)
     real(c_double), allocatable :: stretch(:), integrity(:)
-    logical, allocatable :: is_it(:)
     type(c_ptr) :: simulation
 
     simulation = c_null_ptr
@@ -135,10 +134,11 @@ contains
     call assert_refused(perion_simulation_set_bond_integrity(simulation, 1_c_int64_t, pair, &
         [1.5_c_double]), PERION_ERROR_ARGUMENT, 'between 0 and 1')
     call all_bonds(simulation, pairs, stretch, integrity)
-    is_it = minval(pairs, 1) == pair(1) .and. maxval(pairs, 1) == pair(2)
-    call assert(count(is_it) == 1, 'the bond is not listed')
-    call assert(all(same_bits(integrity, merge(0.375_c_double, 1.0_c_double, is_it))), &
-        'the integrities are not 0.375 for one bond and 1 for the others')
+    associate (is_it => minval(pairs, 1) == pair(1) .and. maxval(pairs, 1) == pair(2))
+      call assert(count(is_it) == 1, 'the bond is not listed')
+      call assert(all(same_bits(integrity, merge(0.375_c_double, 1.0_c_double, is_it))), &
+          'the integrities are not 0.375 for one bond and 1 for the others')
+    end associate
     call destroy(simulation)
   end subroutine weakened_bonds
 
@@ -146,7 +146,6 @@ contains
     real(c_double), parameter :: middle = columns / 2, height = rows
     integer(c_int64_t), allocatable :: pairs(:, :)
     real(c_double), allocatable :: stretch(:), integrity(:)
-    logical, allocatable :: across(:)
     type(c_ptr) :: simulation
 
     simulation = c_null_ptr
@@ -154,9 +153,8 @@ contains
     call assert_ok(perion_simulation_break_crossing(simulation, 2_c_int64_t, &
         [middle, -1.0_c_double, middle, height + 1.0_c_double]))
     call all_bonds(simulation, pairs, stretch, integrity)
-    across = (mod(pairs(1, :), int(columns, c_int64_t)) < columns / 2) .neqv. &
-        (mod(pairs(2, :), int(columns, c_int64_t)) < columns / 2)
-    call assert(all(across .eqv. integrity < 0.5_c_double), 'the crack breaks other bonds')
+    call assert(all(across_middle(pairs) .eqv. integrity < 0.5_c_double), &
+        'the crack does not break all bonds across, or breaks others')
     ! Neither half holds the other any longer: the right one stays at rest, to the last bit.
     call assert_ok(perion_simulation_prescribe(simulation, c('left'), PERION_QUANTITY_VELOCITY, 0, &
         -0.02_c_double))

@@ -103,7 +103,7 @@ contains
     type(c_ptr) :: simulation
 
     simulation = c_null_ptr
-    call make_plate(simulation, brittle=.true.)
+    call make_plate(simulation, brittle=.false.)
     call pull(simulation)
     call make_steps(simulation, 40)
     call assert_ok(perion_simulation_sum(simulation, PERION_FIELD_VOLUME, components=volume))
@@ -164,8 +164,8 @@ contains
     call assert_refused(perion_simulation_get(simulation, 99, values, plate_count), &
         PERION_ERROR_ARGUMENT, "'field' is 99")
     values = 0.001_c_double
-    call assert_refused(perion_simulation_set(simulation, PERION_FIELD_DAMAGE, values, &
-        2 * plate_count), PERION_ERROR_UNSUPPORTED, 'damage cannot be set')
+    call assert_refused(perion_simulation_set(simulation, PERION_FIELD_REACTION, values, &
+        2 * plate_count), PERION_ERROR_UNSUPPORTED, 'reaction cannot be set')
     values(1, 7) = transfer(int(z'7ff8000000000000', c_int64_t), 0.0_c_double)
     call assert_refused(perion_simulation_set(simulation, PERION_FIELD_VELOCITY, values, &
         2 * plate_count), PERION_ERROR_ARGUMENT, 'NaN')

@@ -64,7 +64,7 @@ contains
         PERION_ERROR_ARGUMENT, "'density' is -1")
     call assert_ok(perion_model_get(model, c('density'), value))
     call assert(same_bits(value, 1.0_c_double), 'a refused value was taken')
-    call assert_refused(perion_model_set(model, c('influence'), 1.0_c_double), &
+    call assert_refused(perion_model_set(model, c('plane'), 1.0_c_double), &
         PERION_ERROR_ARGUMENT, 'takes a choice')
     call assert_ok(perion_model_destroy(model))
   end subroutine values_out_of_range

@@ -6,8 +6,8 @@ module scenes
   use testing, only: assert_ok, c
   implicit none
   private
-  public :: broken_bonds, columns, destroy, make_material, make_plate, make_plate_points, make_steps
-  public :: plate_count, pull, rows
+  public :: across_middle, broken_bonds, columns, destroy, make_material, make_plate, make_plate_points
+  public :: make_steps, plate_count, pull, rows
 
   integer, parameter :: columns = 16, rows = 9
   integer(c_int64_t), parameter :: plate_count = columns * rows
@@ -17,11 +17,18 @@ module scenes
 contains
 
   !> A plate of columns x rows points, x fastest, its corner in the origin; its first and last column
-  !> are the sets "left" and "right".
-  subroutine make_plate_points(points)
+  !> are the sets "left" and "right". A `factor` gives it that many times the columns and rows.
+  subroutine make_plate_points(points, factor)
     type(c_ptr), intent(inout) :: points
-    real(c_double), parameter :: width = columns, height = rows
+    integer, optional, intent(in) :: factor
+    real(c_double) :: width, height
 
+    width = columns
+    height = rows
+    if (present(factor)) then
+      width = factor * width
+      height = factor * height
+    end if
     call assert_ok(perion_points_create_block(2, [0.0_c_double, 0.0_c_double], [width, height], &
         1.0_c_double, points))
     call assert_ok(perion_points_add_set_box(points, c('left'), [0.0_c_double, 0.0_c_double], &
@@ -42,14 +49,15 @@ contains
     if (brittle) call assert_ok(perion_model_set(model, c('critical_stretch'), critical_stretch))
   end subroutine make_material
 
-  subroutine make_plate(simulation, brittle)
+  subroutine make_plate(simulation, brittle, factor)
     type(c_ptr), intent(inout) :: simulation
     logical, intent(in) :: brittle
+    integer, optional, intent(in) :: factor
     type(c_ptr) :: points, model
 
     points = c_null_ptr
     model = c_null_ptr
-    call make_plate_points(points)
+    call make_plate_points(points, factor)
     call make_material(model, brittle)
     call assert_ok(perion_simulation_create(points, model, simulation))
     call assert_ok(perion_points_destroy(points))
@@ -85,6 +93,18 @@ contains
     call assert_ok(perion_simulation_health(simulation, health))
     broken_bonds = health%broken_bonds
   end function broken_bonds
+
+  !> Which of these pairs of points (from 0) have one in the left and one in the right half.
+  function across_middle(pairs)
+    integer(c_int64_t), intent(in) :: pairs(:, :)
+    logical :: across_middle(size(pairs, 2)), left(2)
+    integer :: k
+
+    do k = 1, size(pairs, 2)
+      left = mod(pairs(:, k), int(columns, c_int64_t)) < columns / 2
+      across_middle(k) = left(1) .neqv. left(2)
+    end do
+  end function across_middle
 
   subroutine destroy(simulation)
     type(c_ptr), intent(inout) :: simulation

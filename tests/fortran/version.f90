@@ -29,10 +29,17 @@ contains
   end subroutine versions_agree
 
   subroutine features_are_told()
-    call assert(logical(perion_has_feature(c('threads'))), 'threads are there')
-    call assert(.not. perion_has_feature(c('ranks')), 'ranks are not there yet')
-    call assert(.not. perion_has_feature(c('telepathy')), 'an unknown feature is not there')
+    call assert(has('threads'), 'threads are there')
+    call assert(.not. has('ranks'), 'ranks are not there yet')
+    call assert(.not. has('telepathy'), 'an unknown feature is not there')
   end subroutine features_are_told
+
+  function has(feature)
+    character(*), intent(in) :: feature
+    logical :: has
+
+    has = perion_has_feature(c(feature))
+  end function has
 
   subroutine statuses_have_words()
     integer(c_int32_t) :: one, other

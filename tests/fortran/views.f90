@@ -30,11 +30,12 @@ contains
 
     call c_f_pointer(view%data, data, &
         [(view%count - 1) * view%point_stride + (view%components - 1) * view%component_stride + 1])
+    allocate (place(view%count))
     if (c_associated(view%slot)) then
       call c_f_pointer(view%slot, slot, [view%count])
-      place = 1 + slot * view%point_stride
+      place(:) = 1 + slot * view%point_stride
     else
-      place = [(1 + k * view%point_stride, k = 0, view%count - 1)]
+      place(:) = [(1 + k * view%point_stride, k = 0, view%count - 1)]
     end if
   end subroutine open_view
 

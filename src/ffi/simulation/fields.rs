@@ -145,6 +145,7 @@ pub unsafe extern "C" fn perion_simulation_set(
 ) -> perion_status {
     guard("perion_simulation_set", || {
         let field = field_of(field)?;
+        field.check_settable()?;
         // SAFETY: the header's contract.
         unsafe {
             change(simulation, |simulation| {
@@ -199,6 +200,7 @@ pub unsafe extern "C" fn perion_simulation_set_strided(
 ) -> perion_status {
     guard("perion_simulation_set_strided", || {
         let (field, stride) = (field_of(field)?, convert(stride, "stride")?);
+        field.check_settable()?;
         // SAFETY: the header's contract.
         unsafe {
             let set = text_or_null(set_or_null, "set")?;
