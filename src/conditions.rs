@@ -119,7 +119,20 @@ pub(crate) struct Ruled {
 }
 
 impl Conditions {
-    /// Adds a condition, or replaces the one on the same set, quantity and axis.
+    /// Refuses what cannot be prescribed.
+    pub(crate) fn check(points: &Points, set: &str, axis: usize, source: &Source) -> Result<()> {
+        check_axis(points, axis)?;
+        points.set_size(set)?;
+        match source {
+            Source::Constant(value) if !value.is_finite() => {
+                argument(format!("'value' is {value}; it must be finite"))
+            }
+            Source::Values(values) => check_finite("values", values),
+            _ => Ok(()),
+        }
+    }
+
+    /// Adds a condition that has been checked, or replaces the one on the same set, quantity and axis.
     pub(crate) fn prescribe(
         &mut self,
         points: &Points,
@@ -128,21 +141,7 @@ impl Conditions {
         axis: usize,
         source: Source,
     ) -> Result<()> {
-        check_axis(points, axis)?;
         let size = points.set_size(set)?;
-        match &source {
-            Source::Constant(value) => check_finite("value", &[*value])?,
-            Source::Values(values) => {
-                if values.len() != size {
-                    return argument(format!(
-                        "'count' is {}, but set '{set}' has {size} points",
-                        values.len()
-                    ));
-                }
-                check_finite("values", values)?;
-            }
-            Source::Table { .. } | Source::Function { .. } => {}
-        }
         let purpose = "a condition";
         let mut members = memory::reserved(size, purpose)?;
         points.for_each_in_set(set, |point| members.push(points.order().place(point) as u32))?;

@@ -866,7 +866,8 @@ module perion_c
       integer(c_int32_t) :: perion_simulation_borrow
     end function perion_simulation_borrow
 
-    !> Lends the host DISPLACEMENT, VELOCITY, ACCELERATION or INTERNAL_FORCE to read only.
+    !> Lends the host DISPLACEMENT, VELOCITY, ACCELERATION or INTERNAL_FORCE to read only. A run of steps
+    !> ends with ERROR_STATE when its progress callback has borrowed a view and not returned it.
     !>
     !> ERROR_ARGUMENT: as perion_simulation_borrow. ERROR_STATE: ACCELERATION or INTERNAL_FORCE after a change;
     !> evaluate first. ERROR_UNSUPPORTED: a field that is computed when asked for; get it. Since 0.1.
@@ -879,7 +880,8 @@ module perion_c
       integer(c_int32_t) :: perion_simulation_borrow_const
     end function perion_simulation_borrow_const
 
-    !> Returns a borrowed view and clears it.
+    !> Returns a borrowed view and clears it. One that was lent to read only can be returned in a progress
+    !> callback too.
     !>
     !> ERROR_ARGUMENT: not a view that this simulation has lent and not yet got back. ERROR_NUMERIC: the host
     !> has written a value that is not finite (the message names the point); the view stays borrowed, mend

@@ -57,7 +57,8 @@ static int show_progress(void *user, int64_t done, int64_t total, double time)
     if (twentieth == watching->shown)
         return 0;
     watching->shown = twentieth;
-    if (perion_simulation_write_series(watching->simulation, watching->series,
+    if (watching->series[0] != '\0' &&
+        perion_simulation_write_series(watching->simulation, watching->series,
                                        sizeof fields / sizeof fields[0], fields) != PERION_OK) {
         fprintf(stderr, "%s\n", perion_last_error());
         return 1;

@@ -224,6 +224,7 @@ program branching
   watching%series = argument(2, 'branching_fortran.pvd')
   read (along_text, '(i10)', iostat=flaw) along
   if (flaw /= 0) along = 0
+  deallocate (along_text)
   if (along < 10) then
     write (error_unit, '(a)') 'at least 10 points along the plate are needed'
     stop 1, quiet=.true.

@@ -118,8 +118,12 @@ pub unsafe extern "C" fn perion_points_add_set(
         // SAFETY: the header's contract.
         unsafe {
             let name = text(name, "name")?;
-            let given = slice(indices, count, "indices")?;
+            let size = convert(count, "count")?;
             handle::exclusive(points, |points| {
+                if size > points.count() {
+                    return Ok(points.refuse_set_of(size)?);
+                }
+                let given = slice(indices, count, "indices")?;
                 let mut indices = memory::reserved(given.len(), "a set")?;
                 for (place, &value) in given.iter().enumerate() {
                     indices.push(index(value, "indices", place)?);

@@ -83,8 +83,13 @@ fn stem(pvd: &Path) -> Result<&str> {
     let stem = pvd.file_stem().and_then(|stem| stem.to_str());
     match (stem, extension) {
         (Some(stem), Some(extension)) if extension.eq_ignore_ascii_case("pvd") => Ok(stem),
-        (None, Some(_)) => argument(format!("the file name of {pvd:?} must be valid UTF-8")),
-        _ => argument(format!("a series needs a path such as 'name.pvd', not '{}'", pvd.display())),
+        (None, Some(_)) => {
+            argument(format!("'pvd_path' is {pvd:?}; its file name must be valid UTF-8"))
+        }
+        _ => argument(format!(
+            "'pvd_path' is '{}'; a series needs one such as 'name.pvd'",
+            pvd.display()
+        )),
     }
 }
 

@@ -178,7 +178,10 @@ pub(super) fn replace_file(
         Error::Io(format!("cannot write '{}': {tried} failed: {reason}", path.display()))
     };
     if path.file_name().is_none() {
-        return argument(format!("'{}' does not name a file to write", path.display()));
+        return argument(format!(
+            "'path' is '{}', which does not name a file to write",
+            path.display()
+        ));
     }
     let (temporary, file) = Temporary::beside(path)
         .map_err(|reason| failed("creating a temporary file beside it", reason))?;

@@ -56,6 +56,12 @@ fn count_along(axis: usize, lower: f64, upper: f64, spacing: f64) -> Result<usiz
              above lower"
         ));
     }
+    if lower + spacing == lower || upper - spacing == upper {
+        return argument(format!(
+            "'spacing' is {spacing}, too small to tell points apart between 'lower' {lower} and \
+             'upper' {upper} on axis {axis}"
+        ));
+    }
     let cells = ((upper - lower) / spacing).round();
     if cells < 1.0 {
         return argument(format!(

@@ -138,6 +138,11 @@ impl Points {
         self.sets.add(name, indices, self.count())
     }
 
+    /// Refuses a set of more points than there are, before its indices are looked at.
+    pub(crate) fn refuse_set_of(&self, size: usize) -> Result<()> {
+        sets::too_many(size, self.count())
+    }
+
     /// Names the set of all points within a box, its faces included, in the order of the points.
     ///
     /// # Errors
@@ -175,7 +180,9 @@ impl Points {
             }
         }
         if inside.is_empty() {
-            return argument(format!("no point lies in the box of set '{name}'"));
+            return argument(format!(
+                "no point of set '{name}' lies between 'lower' {lower:?} and 'upper' {upper:?}"
+            ));
         }
         self.add_set(name, &inside)
     }
@@ -221,6 +228,15 @@ impl Points {
     /// `Argument` when there is no such set.
     pub fn set_size(&self, name: &str) -> Result<usize> {
         if name == ALL { Ok(self.count()) } else { Ok(self.sets.find(name)?.len()) }
+    }
+
+    /// Refuses another count of values than the set has points.
+    pub(crate) fn check_set_size(&self, name: &str, count: usize) -> Result<()> {
+        let size = self.set_size(name)?;
+        if count == size {
+            return Ok(());
+        }
+        argument(format!("'count' is {count}, but set '{name}' has {size} points"))
     }
 
     /// Calls `visit` with the host index of each point of a set, in the set's order.

@@ -24,10 +24,7 @@ impl Sets {
             return argument(format!("'count' is 0: set '{name}' would have no point"));
         }
         if indices.len() > point_count {
-            return argument(format!(
-                "'count' is {}, but there are only {point_count} points",
-                indices.len()
-            ));
+            return too_many(indices.len(), point_count);
         }
         let mut seen = memory::filled(false, point_count, "a set")?;
         let mut members = memory::reserved(indices.len(), "a set")?;
@@ -89,4 +86,9 @@ impl Sets {
     pub(super) fn bytes(&self) -> usize {
         self.named.values().map(memory::bytes).sum()
     }
+}
+
+/// Refuses a set of more points than there are.
+pub(super) fn too_many<T>(given: usize, point_count: usize) -> Result<T> {
+    argument(format!("'count' is {given}, but there are only {point_count} points"))
 }

@@ -3,7 +3,7 @@
 use super::Simulation;
 use super::setup::Built;
 use super::state::Ledger;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::memory;
 use crate::workers::block_count;
 
@@ -118,6 +118,12 @@ impl Simulation {
     pub(super) fn open_ledger(&mut self) -> Result<()> {
         if !self.state.ledger.open {
             let total = self.kinetic()? + self.elastic()? + self.dissipated()?;
+            if !total.is_finite() {
+                return Err(Error::Numeric(format!(
+                    "the energy is not finite ({total}): displacements or velocities are too large to \
+                     step from"
+                )));
+            }
             let ledger = &mut self.state.ledger;
             ledger.given = total - ledger.work - ledger.carried;
             ledger.open = true;
@@ -142,11 +148,17 @@ impl Simulation {
         }
         let before = self.kinetic()?;
         change(self);
-        match self.kinetic() {
-            Ok(after) => self.state.ledger.given += after - before,
-            // The change is made; the next step takes the energy that it finds as given.
-            Err(_) => self.state.ledger.open = false,
+        let added = self.kinetic().map_or(f64::NAN, |after| after - before);
+        if added.is_finite() {
+            self.state.ledger.given += added;
+            return Ok(());
         }
+        // The next step takes the energy that it finds as given, or refuses it.
+        if let (Ok(elastic), Ok(dissipated)) = (self.elastic(), self.dissipated()) {
+            let ledger = &mut self.state.ledger;
+            ledger.carried = before + elastic + dissipated - (ledger.work + ledger.given);
+        }
+        self.state.ledger.open = false;
         Ok(())
     }
 

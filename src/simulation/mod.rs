@@ -112,8 +112,9 @@ impl Simulation {
         if !(1..=MOST_THREADS).contains(&threads) {
             return argument(format!("'threads' is {threads}; it must be 1 to {MOST_THREADS}"));
         }
-        if let Some(built) = self.built.get_mut() {
-            built.workers = Workers::new(threads)?;
+        if self.built.get().is_some() {
+            let workers = self.start_workers(threads)?;
+            self.built_mut()?.workers = workers;
         }
         self.threads = threads;
         Ok(())
@@ -216,6 +217,7 @@ impl Simulation {
         axis: usize,
         values: &[f64],
     ) -> Result<()> {
+        self.points.check_set_size(set, values.len())?;
         let source = Source::Values(memory::copied(values, "a condition")?);
         self.add_condition(set, quantity, axis, source)
     }
@@ -237,6 +239,7 @@ impl Simulation {
         axis: usize,
         source: Source,
     ) -> Result<()> {
+        Conditions::check(&self.points, set, axis, &source)?;
         if quantity == Quantity::BodyForce {
             self.state.make_room_for_loads()?;
         }

@@ -2,7 +2,7 @@
 
 use super::{LogLevel, Simulation, refuse_after_setup};
 use crate::damage::BondState;
-use crate::error::{Result, argument};
+use crate::error::{Error, Result, argument};
 use crate::families::crack::Crack;
 use crate::memory;
 use crate::model::Model;
@@ -45,14 +45,14 @@ impl Simulation {
         model.check(self.points.dimension(), self.points.horizons().is_some())?;
         let first = &self.models[0];
         if !std::ptr::eq(first.formulation(), model.formulation()) {
-            return Err(crate::Error::Unsupported(format!(
+            return Err(Error::Unsupported(format!(
                 "the model's formulation is {}, that of the simulation {}; all models share one",
                 model.formulation().name,
                 first.formulation().name
             )));
         }
         if self.points.dimension() == 2 && first.plane() != model.plane() {
-            return Err(crate::Error::Unsupported(
+            return Err(Error::Unsupported(
                 "the model's plane state differs from that of the simulation; all models share one"
                     .into(),
             ));
@@ -84,9 +84,11 @@ impl Simulation {
             ));
         }
         let mut sides = memory::filled(0_u8, self.points.count(), "interfaces")?;
-        for (set, bit) in [(set_a, 1), (set_b, 2)] {
+        for (argument, set, bit) in [("set_a", set_a, 1), ("set_b", set_b, 2)] {
+            let order = self.points.order();
             self.points
-                .for_each_in_set(set, |point| sides[self.points.order().place(point)] |= bit)?;
+                .for_each_in_set(set, |point| sides[order.place(point)] |= bit)
+                .map_err(|error| Error::Argument(format!("'{argument}': {error}")))?;
         }
         let request = InterfaceRequest { sides, rate };
         memory::push(&mut self.scene_requests.interfaces, request, "interfaces")
@@ -225,11 +227,11 @@ impl Simulation {
     /// As [`Simulation::built`], to change it.
     pub(super) fn built_mut(&mut self) -> Result<&mut Built> {
         self.built()?;
-        self.built.get_mut().ok_or_else(|| crate::Error::Internal("set-up was lost".into()))
+        self.built.get_mut().ok_or_else(|| Error::Internal("set-up was lost".into()))
     }
 
     fn build(&self) -> Result<Built> {
-        let workers = Workers::new(self.threads)?;
+        let workers = self.start_workers(self.threads)?;
         let requests = &self.scene_requests;
         let plan = Plan::new(&workers, &self.points, &self.models, &self.model_of, requests)?;
         let bonds = BondState::new(&plan.families)?;
@@ -252,6 +254,11 @@ impl Simulation {
             built.carry_out(request, &self.points.order().centre)?;
         }
         Ok(built)
+    }
+
+    /// Threads for this body: no more than there are blocks of points to share out.
+    pub(super) fn start_workers(&self, threads: usize) -> Result<Workers> {
+        Workers::new(threads.min(block_count(self.points.count())))
     }
 
     fn warn_of_isolated(&self, built: &Built) {

@@ -32,6 +32,9 @@
 /* A call succeeds. */
 #define EXPECT_OK(call) harness_status((call), PERION_OK, #call, __FILE__, __LINE__)
 
+/* A call gives a status. */
+#define EXPECT_STATUS(status, call) harness_status((call), (status), #call, __FILE__, __LINE__)
+
 /* A call fails with a status and says so: its name first, then a text with a fragment in it, which is
  * the name of the argument at fault where there is one. */
 #define EXPECT_REFUSED(status, fragment, call) \

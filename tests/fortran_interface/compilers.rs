@@ -62,7 +62,8 @@ pub fn c(directory: &Path, program: &str, source_file: &Path) -> PathBuf {
 fn linked(mut compiler: Command, directory: &Path, program: &str) -> PathBuf {
     let program = directory.join(program);
     let library = library(directory);
-    let path = format!("-Wl,-rpath,{}", library.display());
+    // Old tags: the path goes before LD_LIBRARY_PATH, where cargo puts directories of its own.
+    let path = format!("-Wl,--disable-new-dtags,-rpath,{}", library.display());
     compiler.arg("-L").arg(&library).args(["-lperion", "-lm", &path, "-o"]).arg(&program);
     output_of(&mut compiler);
     program

@@ -27,6 +27,8 @@ fn place(name: &str) -> PathBuf {
 
 /// Runs a command; its output when it succeeds, a failed test with all it said when not.
 fn run(command: &mut Command) -> String {
+    // What cargo puts there is not what a user has.
+    command.env_remove("LD_LIBRARY_PATH");
     let Output { status, stdout, stderr } =
         command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
     let (out, err) = (String::from_utf8_lossy(&stdout), String::from_utf8_lossy(&stderr));

@@ -162,8 +162,10 @@ pub unsafe extern "C" fn perion_simulation_prescribe_values(
         let (quantity, axis) = (quantity_of(quantity)?, convert(axis.into(), "axis")?);
         // SAFETY: the header's contract.
         unsafe {
-            let (set, values) = (text(set, "set")?, slice(values, count, "values")?);
+            let set = text(set, "set")?;
             change(simulation, |simulation| {
+                simulation.points().check_set_size(set, convert(count, "count")?)?;
+                let values = slice(values, count, "values")?;
                 Ok(simulation.prescribe_values(set, quantity, axis, values)?)
             })
         }

@@ -113,9 +113,8 @@ pub unsafe extern "C" fn perion_simulation_step(
             Ok((hosted.free()?.start_stepping(time_step, steps)?, hosted.watcher))
         };
         let (mut stepping, watcher) = session.with_mut(begin)?;
-        let mut advance = |hosted: &mut Hosted| {
-            Ok(hosted.simulation.advance(&mut stepping, watcher.is_some())?)
-        };
+        let mut advance =
+            |hosted: &mut Hosted| Ok(hosted.free()?.advance(&mut stepping, watcher.is_some())?);
         while let Some(made) = session.with_mut(&mut advance)? {
             let Some(Watcher { function, user }) = watcher else { continue };
             let (done, total) = (made.done as i64, made.total as i64);
@@ -142,6 +141,7 @@ pub unsafe extern "C" fn perion_simulation_set_progress(
         // SAFETY: the header's contract.
         unsafe {
             handle::exclusive(simulation, |hosted| {
+                hosted.free()?;
                 hosted.watcher = watcher;
                 Ok(())
             })

@@ -63,9 +63,13 @@ const NUMBERS: [perion_field; 15] = [
     PERION_FIELD_TIME_STEP_ESTIMATE,
 ];
 
+fn known_field(field: perion_field) -> Option<Field> {
+    NUMBERS.iter().position(|&number| number == field).map(|place| Field::ALL[place])
+}
+
 pub(super) fn field_of(field: perion_field) -> Result<Field, Failure> {
-    match NUMBERS.iter().position(|&number| number == field) {
-        Some(place) => Ok(Field::ALL[place]),
+    match known_field(field) {
+        Some(field) => Ok(field),
         None => Ok(argument(format!(
             "'field' is {field}; it must be one of the PERION_FIELD_ constants"
         ))?),
@@ -83,8 +87,13 @@ pub(super) unsafe fn read_fields(
     // SAFETY: the caller's promise.
     let given = unsafe { slice(fields, count, "fields") }?;
     let mut read = crate::memory::reserved(given.len(), "fields")?;
-    for &field in given {
-        read.push(field_of(field)?);
+    for (place, &number) in given.iter().enumerate() {
+        let Some(field) = known_field(number) else {
+            return Ok(argument(format!(
+                "'fields'[{place}] is {number}; it must be one of the PERION_FIELD_ constants"
+            ))?);
+        };
+        read.push(field);
     }
     Ok(read)
 }

@@ -44,9 +44,18 @@ unsafe impl Sized64 for perion_view {}
 #[derive(Default)]
 pub(crate) struct Loans(Mutex<Ledger>);
 
+#[derive(Clone, Copy)]
+struct Loan {
+    generation: i64,
+    /// Address of the values: a view of another simulation has another one.
+    data: usize,
+    field: Field,
+    writable: bool,
+}
+
 #[derive(Default)]
 struct Ledger {
-    out: Vec<(i64, Field, bool)>,
+    out: Vec<Loan>,
     generation: i64,
     /// The inner order as C takes it, made when first needed.
     slots: Vec<i64>,
@@ -61,7 +70,24 @@ impl Loans {
         self.0.lock().unwrap_or_else(|poison| poison.into_inner())
     }
 
-    /// Notes a loan and fills the view but for its data.
+    /// The loan that a view stands for.
+    fn find(&self, view: &perion_view) -> Result<Loan, Failure> {
+        let same =
+            |loan: &&Loan| loan.generation == view.generation && loan.data == view.data.addr();
+        let refused = || {
+            crate::Error::Argument(format!(
+                "'view' of generation {} is not on loan from this simulation",
+                view.generation
+            ))
+        };
+        Ok(self.lock().out.iter().find(same).copied().ok_or_else(refused)?)
+    }
+
+    fn settle(&self, loan: Loan) {
+        self.lock().out.retain(|known| known.generation != loan.generation);
+    }
+
+    /// Notes a loan and fills the view.
     fn lend(
         &self,
         simulation: &Simulation,
@@ -76,7 +102,8 @@ impl Loans {
                 memory::collected(places.iter().map(|&place| i64::from(place)), "a view")?;
         }
         let generation = ledger.generation + 1;
-        memory::push(&mut ledger.out, (generation, field, writable), "a view")?;
+        let loan = Loan { generation, data: data.addr(), field, writable };
+        memory::push(&mut ledger.out, loan, "a view")?;
         ledger.generation = generation;
         let slots = &ledger.slots;
         let components = field.components(points.dimension()) as i64;
@@ -126,7 +153,8 @@ pub unsafe extern "C" fn perion_simulation_borrow(
     })
 }
 
-/// Lends the host DISPLACEMENT, VELOCITY, ACCELERATION or INTERNAL_FORCE to read only.
+/// Lends the host DISPLACEMENT, VELOCITY, ACCELERATION or INTERNAL_FORCE to read only. A run of steps
+/// ends with ERROR_STATE when its progress callback has borrowed a view and not returned it.
 ///
 /// ERROR_ARGUMENT: as perion_simulation_borrow. ERROR_STATE: ACCELERATION or INTERNAL_FORCE after a change;
 /// evaluate first. ERROR_UNSUPPORTED: a field that is computed when asked for; get it. Since 0.1.
@@ -150,7 +178,8 @@ pub unsafe extern "C" fn perion_simulation_borrow_const(
     })
 }
 
-/// Returns a borrowed view and clears it.
+/// Returns a borrowed view and clears it. One that was lent to read only can be returned in a progress
+/// callback too.
 ///
 /// ERROR_ARGUMENT: not a view that this simulation has lent and not yet got back. ERROR_NUMERIC: the host
 /// has written a value that is not finite (the message names the point); the view stays borrowed, mend
@@ -164,25 +193,21 @@ pub unsafe extern "C" fn perion_simulation_return(
         // SAFETY: the header's contract.
         unsafe {
             check_view(view)?;
-            let mut cleared: perion_view = std::mem::zeroed();
-            let generation = sized::read(view, cleared, "view")?.generation;
-            handle::exclusive(simulation, |hosted| {
-                let Hosted { simulation, loans, .. } = hosted;
-                let mut ledger = loans.lock();
-                let lent = ledger.out.iter().position(|loan| loan.0 == generation);
-                let Some(place) = lent else {
-                    return Ok(argument(format!(
-                        "'view' of generation {generation} is not on loan from this simulation"
-                    ))?);
-                };
-                let (_, field, writable) = ledger.out[place];
-                if writable {
-                    simulation.take_back(field)?;
-                }
-                ledger.out.remove(place);
-                Ok(())
-            })?;
-            cleared.struct_size = 0;
+            let cleared: perion_view = std::mem::zeroed();
+            let given = sized::read(view, cleared, "view")?;
+            let loan = handle::shared(simulation.cast_const(), |hosted| hosted.loans.find(&given))?;
+            if loan.writable {
+                handle::exclusive(simulation, |hosted| {
+                    hosted.simulation.take_back(loan.field)?;
+                    hosted.loans.settle(loan);
+                    Ok(())
+                })?;
+            } else {
+                handle::shared(simulation.cast_const(), |hosted| {
+                    hosted.loans.settle(loan);
+                    Ok(())
+                })?;
+            }
             sized::write(view, &cleared, "view")
         }
     })
