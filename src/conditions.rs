@@ -93,6 +93,8 @@ struct Condition {
     source: Source,
     /// Inner places of the set's points, in the set's order.
     members: Vec<u32>,
+    /// The members by inner place, so that sums do not depend on the set's order.
+    sorted: Vec<u32>,
     /// Which members it still rules; a later condition takes points away from earlier ones.
     rules: Vec<bool>,
     /// Values last asked for: one for all members, or one each.
@@ -145,6 +147,8 @@ impl Conditions {
         let purpose = "a condition";
         let mut members = memory::reserved(size, purpose)?;
         points.for_each_in_set(set, |point| members.push(points.order().place(point) as u32))?;
+        let mut sorted = memory::collected(0..size as u32, purpose)?;
+        sorted.sort_unstable_by_key(|&member| members[member as usize]);
         let each = matches!(source, Source::Function { .. } | Source::Values(_));
         let asked = if each { size } else { 1 };
         let mut condition = Condition {
@@ -156,6 +160,7 @@ impl Conditions {
             midway: memory::filled(0.0, asked, purpose)?,
             source,
             members,
+            sorted,
         };
         if let Source::Function { positions, .. } = &mut condition.source {
             let dimension = points.dimension();
@@ -258,8 +263,8 @@ impl Conditions {
     pub(crate) fn for_each_ruled(&self, dimension: usize, mut visit: impl FnMut(Ruled)) {
         let motions = self.list.iter().filter(|known| known.quantity != Quantity::BodyForce);
         for condition in motions {
-            let ruled = condition.rules.iter().enumerate().filter(|(_, rules)| **rules);
-            for (member, _) in ruled {
+            let members = condition.sorted.iter().map(|&member| member as usize);
+            for member in members.filter(|&member| condition.rules[member]) {
                 let each = if condition.midway.len() == 1 { 0 } else { member };
                 visit(Ruled {
                     component: condition.members[member] as usize * dimension + condition.axis,

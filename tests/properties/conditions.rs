@@ -60,6 +60,9 @@ struct Known {
     rules: Vec<bool>,
 }
 
+/// What rules a component: quantity, place in the oracle's list, member of the set.
+type Ruler = (Quantity, usize, usize);
+
 /// The rules of conditions, told a second time.
 struct Oracle<'a> {
     scene: &'a Scene,
@@ -72,7 +75,7 @@ impl Oracle<'_> {
         let set = ["left", "right", "all", "some"][random.below(4)];
         let members = simulation.points().set(set).unwrap();
         let axis = random.below(self.scene.dimension);
-        let reach = 1e-3 * self.scene.spacing;
+        let reach = self.reach();
         let load = self.largest_load();
         let (quantity, size) = [
             (Quantity::Displacement, reach),
@@ -112,6 +115,10 @@ impl Oracle<'_> {
         self.list.push(Known { set, quantity, axis, source, members, rules });
     }
 
+    fn reach(&self) -> f64 {
+        1e-3 * self.scene.spacing
+    }
+
     fn largest_load(&self) -> f64 {
         1e-3 * self.scene.bulk_modulus() / self.scene.spacing
     }
@@ -133,8 +140,8 @@ impl Oracle<'_> {
         outcome.is_ok() == found.is_some()
     }
 
-    /// Body force, and what rules each component: quantity, place in the list, member.
-    fn acting(&self, time: f64) -> (Vec<f64>, Vec<Option<(Quantity, usize, usize)>>) {
+    /// Body force, and what rules each component.
+    fn acting(&self, time: f64) -> (Vec<f64>, Vec<Option<Ruler>>) {
         let dimension = self.scene.dimension;
         let mut load = vec![0.0; self.scene.components()];
         let mut ruled = vec![None; self.scene.components()];
@@ -180,9 +187,11 @@ impl Oracle<'_> {
         let densities = simulation.get(Field::Density).unwrap();
         let (load, ruled) = self.acting(end);
         // Tables and sums may be rounded in other ways; all else is the same bits.
-        let size =
-            |values: &[f64]| 1e-14 * values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let (small_u, small_v) = (size(&u1), size(&v1));
+        let small = |values: &[f64], least: f64| {
+            1e-14 * values.iter().fold(least, |most, x| most.max(x.abs()))
+        };
+        let reach = self.reach();
+        let (small_u, small_v) = (small(&u1, reach), small(&v1, reach / self.duration));
         let small_load = 1e-14 * self.largest_load();
         for component in 0..u.len() {
             let point = component / self.scene.dimension;

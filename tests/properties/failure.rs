@@ -89,6 +89,8 @@ proptest! {
         // It is displacements while there are bonds that the range of numbers is too small for.
         let when = if mishap == Mishap::Huge { 1 + when % 2 } else { when };
         let scene = recipe.scene();
+        // In a handful of points the ends may be loose, and free to go anywhere.
+        prop_assume!(mishap != Mishap::Huge || scene.count() > 15);
         let expected = undisturbed(&scene);
         let count = Arc::<AtomicUsize>::default();
         let (mut simulation, step) = torn(&scene, &count, when, mishap);
@@ -105,6 +107,25 @@ proptest! {
         prop_assert_eq!(simulation.step_count(), completed);
         prop_assert_eq!(&state_bits(&simulation), &expected[completed as usize]);
         simulation.step(step, STEPS - completed).unwrap();
+        prop_assert_eq!(&state_bits(&simulation), &expected[STEPS as usize]);
+    }
+
+    #[test]
+    fn a_displacement_that_cannot_be_accepted_leaves_bonds_and_time(recipe in small_bodies()) {
+        let scene = recipe.scene();
+        let expected = undisturbed(&scene);
+        let (mut simulation, step) = torn(&scene, &Arc::default(), usize::MAX, Mishap::Stop);
+        let here = simulation.get(Field::Displacement).unwrap();
+        let far = scene.random(51).around_zero(scene.components(), 1e200);
+        simulation.set(Field::Displacement, &far).unwrap();
+        prop_assert!(matches!(simulation.get(Field::InternalForce), Err(Error::Numeric(_))));
+        prop_assert!(matches!(simulation.evaluate(), Err(Error::Numeric(_))));
+        prop_assert!(matches!(simulation.commit(step), Err(Error::Numeric(_))));
+        prop_assert!(matches!(simulation.step(step, 1), Err(Error::Numeric(_))));
+        prop_assert_eq!((simulation.step_count(), simulation.time()), (0, 0.0));
+        simulation.set(Field::Displacement, &here).unwrap();
+        prop_assert_eq!(&state_bits(&simulation), &expected[0]);
+        simulation.step(step, STEPS).unwrap();
         prop_assert_eq!(&state_bits(&simulation), &expected[STEPS as usize]);
     }
 
