@@ -1,6 +1,19 @@
 /*
  * Perion: the peridynamics core.
  *
+ * Every call that can fail returns a perion_status; perion_last_error() gives the calling thread's last
+ * failure as text: function, argument, value, limit. A refused call changes nothing, and an output is
+ * written only on success. A pointer is required (ERROR_NULL) unless its name ends in _or_null.
+ *
+ * Units are the host's own, consistent ones. Text is UTF-8 of at most 4096 bytes. Indices and axes start
+ * at 0; vectors are stored point after point.
+ *
+ * Distinct handles may be used from different threads at once; one handle by one thread at a time, but
+ * calls that take a const handle may overlap. A violation is ERROR_STATE. Do not fork between create and
+ * destroy. Callbacks run on the calling thread, in the host's floating-point environment; they must
+ * return: no exception, longjmp or exit. Any call may also give ERROR_MEMORY, ERROR_POISONED after an
+ * internal error, and ERROR_STATE where the threads cannot be started.
+ *
  * Generated from src/ffi by cbindgen; do not edit. `make bindings` writes it anew.
  */
 
@@ -157,8 +170,9 @@ typedef struct perion_energy {
      */
     double external_work;
     /**
-     * kinetic + elastic + dissipated that neither external work nor the start accounts for; above 0:
-     * energy came out of nothing
+     * kinetic + elastic + dissipated that neither external work nor the start accounts for. Velocity
+     * Verlet lets it swing by about (omega dt)^2/8 of the energy; growing above that, energy comes out of
+     * nothing. Steps that the host commits itself are not in it: their work is not known
      */
     double closure_error;
 } perion_energy;
@@ -199,6 +213,11 @@ typedef struct perion_health {
      * last time step over the stable one; 0 before the first step
      */
     double time_step_ratio;
+    /**
+     * smallest stretch of a bond that is not broken, 0 when none is compressed; below about -0.3 bonds
+     * are on their way to collapse, and the stable step promises nothing
+     */
+    double smallest_stretch;
 } perion_health;
 
 /**
@@ -338,8 +357,8 @@ typedef struct perion_memory {
 #define PERION_FIELD_INTERNAL_FORCE 6
 
 /**
- * Body force per reference volume, the host's and that of conditions; a vector. Setting it replaces
- * the host's share, to which that of conditions adds.
+ * Body force per reference volume; a vector. get gives the host's own and that of conditions together,
+ * set replaces the host's own alone: what was got is not what to set.
  */
 #define PERION_FIELD_BODY_FORCE 7
 
@@ -479,7 +498,7 @@ perion_status perion_points_set_horizons(struct perion_points *points,
  * Names a set of points by their indices (from 0, `count` of them), whose order it keeps. The set
  * "all" exists from the start.
  *
- * ERROR_ARGUMENT: name empty, taken or longer than 255 bytes, count below 1, an index out of range
+ * ERROR_ARGUMENT: name empty, taken, longer than 255 bytes, with blanks around it or control characters, count below 1, an index out of range
  * or given twice. Since 0.1.
  */
 perion_status perion_points_add_set(struct perion_points *points,
@@ -632,6 +651,10 @@ const char *perion_key_choices(int64_t index);
 /**
  * Brings points and a model together; both are copied and can be destroyed or used again.
  *
+ * What follows is set-up, until the first call that needs the bonds: evaluate, commit, step,
+ * stable_time_step, energy, health, bond_count, get_bonds, write_vtk, write_series, or a get of anything
+ * but positions, displacement, velocity and body force. Only then a horizon that reaches no neighbour is found.
+ *
  * ERROR_ARGUMENT: the model lacks density, horizon or an elastic constant, or holds what does not fit
  * together or to the dimension. ERROR_MEMORY. Since 0.1.
  */
@@ -641,8 +664,7 @@ perion_status perion_simulation_create(const struct perion_points *points,
 
 /**
  * Gives the points of a set another material. All models of a simulation share the formulation and,
- * in 2D, the plane state. Belongs to set-up: before the first evaluate, step, stable_time_step or
- * derived field.
+ * in 2D, the plane state. Belongs to set-up (see perion_simulation_create).
  *
  * ERROR_ARGUMENT: unknown set, or a model that could not stand alone. ERROR_UNSUPPORTED: another
  * formulation or plane state. ERROR_STATE: set-up has ended. Since 0.1.
@@ -653,7 +675,7 @@ perion_status perion_simulation_assign_model(struct perion_simulation *simulatio
 
 /**
  * Gives the bonds between two sets a critical energy release rate of their own (energy per area).
- * Belongs to set-up.
+ * Belongs to set-up (see perion_simulation_create).
  *
  * ERROR_ARGUMENT: unknown set, a rate that is not positive. ERROR_STATE: set-up has ended. Since 0.1.
  */
@@ -681,13 +703,14 @@ perion_status perion_simulation_set_threads(struct perion_simulation *simulation
 
 /**
  * Frees a simulation, ends its threads and sets the pointer to NULL; NULL, or the address of NULL, is
- * fine. ERROR_STATE: another call is using it, such as the one whose callback this is. Since 0.1.
+ * fine. Views that are still borrowed end with it. ERROR_STATE: another call is using it, such as the one whose callback this is. Since 0.1.
  */
 perion_status perion_simulation_destroy(struct perion_simulation **simulation);
 
 /**
  * Breaks the bonds of `count` pairs of points for good; pairs: [count][2] indices from 0. Pairs
- * without a bond are passed over. Allowed at any time; what the bonds held is dissipated.
+ * without a bond are passed over, and told to the log. Allowed at any time; what the bonds held is
+ * dissipated.
  *
  * ERROR_ARGUMENT: an index out of range, a point paired with itself. Since 0.1.
  */
@@ -698,8 +721,10 @@ perion_status perion_simulation_break_bonds(struct perion_simulation *simulation
 /**
  * Breaks every bond that crosses a planar polygon (3D, at least 3 vertices) or a segment (2D, 2
  * vertices) for good. vertices: [vertex_count][dimension] lengths in the reference configuration.
- * Points within 1e-9 spacings of the plane belong to its positive side; the rim belongs to the crack;
- * bonds within the plane stay.
+ * Points within 1e-9 spacings of the plane (or what the rounding of large coordinates amounts to) belong
+ * to its positive side: where the vertices are seen to run counter-clockwise, in 2D to the left of the
+ * segment. The rim belongs to the crack; bonds within the plane stay. A crack that no bond crosses is
+ * told to the log.
  *
  * ERROR_ARGUMENT: too few or too many vertices, ones not finite or not in a plane, no extent. Since 0.1.
  */
@@ -709,7 +734,8 @@ perion_status perion_simulation_break_crossing(struct perion_simulation *simulat
 
 /**
  * Sets the integrity of the bonds of `count` pairs of points: 1 intact, 0 broken. pairs: [count][2]
- * indices from 0; values: [count]. A broken bond stays broken; pairs without a bond are passed over.
+ * indices from 0; values: [count]. A broken bond stays broken; pairs without a bond are passed over, and
+ * told to the log. Allowed at any time: what bonds lose is dissipated, what they gain given by the host.
  *
  * ERROR_ARGUMENT: an index out of range, a point paired with itself, a value outside 0 to 1. Since 0.1.
  */
@@ -721,7 +747,7 @@ perion_status perion_simulation_set_bond_integrity(struct perion_simulation *sim
 /**
  * Lists all bonds, broken ones too, each once: pairs [count][2] indices from 0, stretch [count] at the
  * current displacement, integrity [count] (1 intact, 0 broken). An array that is NULL is left out;
- * capacity: how many bonds the arrays have room for, 0 to ask for the count alone.
+ * capacity: how many bonds the arrays have room for; call with 0 first, to learn the count alone.
  *
  * ERROR_ARGUMENT: capacity below the count and not 0. Since 0.1.
  */
@@ -867,9 +893,10 @@ perion_status perion_simulation_sum(const struct perion_simulation *simulation,
                                     double *components);
 
 /**
- * Clears the struct and sets its size. Since 0.1.
+ * Clears the struct and sets its struct_size; struct_size: sizeof(perion_view) as the host was
+ * compiled, so that it works with later libraries too. Since 0.1.
  */
-void perion_view_init(struct perion_view *view);
+void perion_view_init(struct perion_view *view, int64_t struct_size);
 
 /**
  * Lends the host DISPLACEMENT, VELOCITY or its own BODY_FORCE to read and write. Until all views are
@@ -924,8 +951,9 @@ perion_status perion_simulation_commit(struct perion_simulation *simulation,
                                        double time_step);
 
 /**
- * A time step at which step() is stable whatever bonds break; the true limit may be up to twice as
- * large. DBL_MAX where no bond acts. Leaves the state as it is.
+ * A time step at which step() is stable whatever bonds break or stretch; the true limit may be up to
+ * twice as large. It promises nothing for bonds pressed to a fraction of their length: see
+ * smallest_stretch of perion_health. DBL_MAX where no bond acts. Leaves the state as it is; ends set-up.
  *
  * ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
  */
@@ -979,22 +1007,25 @@ perion_status perion_simulation_step_count(const struct perion_simulation *simul
                                            int64_t *count);
 
 /**
- * Clears the struct and sets its size. Since 0.1.
+ * Clears the struct and sets its struct_size; struct_size: sizeof(perion_energy) as the host was
+ * compiled, so that it works with later libraries too. Since 0.1.
  */
-void perion_energy_init(struct perion_energy *energy);
+void perion_energy_init(struct perion_energy *energy, int64_t struct_size);
 
 /**
- * Clears the struct and sets its size. Since 0.1.
+ * Clears the struct and sets its struct_size; struct_size: sizeof(perion_health) as the host was
+ * compiled, so that it works with later libraries too. Since 0.1.
  */
-void perion_health_init(struct perion_health *health);
+void perion_health_init(struct perion_health *health, int64_t struct_size);
 
 /**
- * Clears the struct and sets its size. Since 0.1.
+ * Clears the struct and sets its struct_size; struct_size: sizeof(perion_memory) as the host was
+ * compiled, so that it works with later libraries too. Since 0.1.
  */
-void perion_memory_init(struct perion_memory *memory);
+void perion_memory_init(struct perion_memory *memory, int64_t struct_size);
 
 /**
- * The energy balance; costs a sweep over the bonds.
+ * The energy balance; costs a sweep over the bonds. Ends set-up.
  *
  * ERROR_ARGUMENT: struct_size not set. ERROR_MEMORY. Since 0.1.
  */
@@ -1002,7 +1033,8 @@ perion_status perion_simulation_energy(const struct perion_simulation *simulatio
                                        struct perion_energy *energy);
 
 /**
- * What to look at before trusting a result: isolated and detached points, broken bonds, time step.
+ * What to look at before trusting a result: isolated and detached points, broken bonds, time step,
+ * compressed bonds. Costs a sweep over the bonds; ends set-up.
  *
  * ERROR_ARGUMENT: struct_size not set, the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
  */

@@ -4,6 +4,13 @@ set -eu
 . scripts/need.sh
 
 points=${POINTS:-200}
+lib=$TARGET/release
+
+# Compiles with what follows, against the library as cargo has built it.
+linked() {
+    "$@" -L"$lib" -lperion -lm -Wl,-rpath,"$lib"
+}
+
 mkdir -p "$OUT"
 rm -f "$OUT"/*.vtu "$OUT"/*.pvd
 
@@ -15,19 +22,19 @@ run() {
     "$@" "$points" "$OUT/$language.pvd" | tee "$OUT/$language.txt"
 }
 
-$CC -std=c11 $CFLAGS -Iinclude examples/branching/main.c -o "$OUT/branching_c" $LINK
+linked $CC -std=c11 $CFLAGS -Iinclude examples/branching/main.c -o "$OUT/branching_c"
 run "C" c "$OUT/branching_c"
 
 languages="c rust"
-if need gfortran gfortran gcc-gfortran "the Fortran part of the demo"; then
-    $FC -std=f2018 $FFLAGS -J "$OUT" bindings/fortran/perion_c.f90 examples/branching/main.f90 \
-        -o "$OUT/branching_fortran" $LINK
+if need "$FC" gfortran gcc-gfortran "the Fortran part of the demo"; then
+    linked $FC -std=f2018 $FFLAGS -J "$OUT" bindings/fortran/perion_c.f90 \
+        examples/branching/main.f90 -o "$OUT/branching_fortran"
     run "Fortran" fortran "$OUT/branching_fortran"
     languages="c fortran rust"
 fi
 
-$CARGO build --release --quiet --example branching --example picture
-run "Rust" rust "$LIB/examples/branching"
+$CARGO build --release --target-dir "$TARGET" --quiet --example branching --example picture
+run "Rust" rust "$lib/examples/branching"
 
 echo
 hashes=
@@ -43,6 +50,6 @@ if [ -z "$hash" ] || [ "$(printf '%s' "$hashes" | sort -u | wc -l)" -ne 1 ]; the
 fi
 
 last=$(ls "$OUT"/c_*.vtu | tail -n 1)
-"$LIB/examples/picture" "$last" "$OUT/damage.png" --field damage --range 0 0.5
+"$lib/examples/picture" "$last" "$OUT/damage.png" --field damage --range 0 0.5
 echo "picture:   $OUT/damage.png"
 echo "ParaView:  $OUT/c.pvd"

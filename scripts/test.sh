@@ -21,10 +21,10 @@ if $CARGO fmt --version > /dev/null 2>&1; then
     step "rustfmt" $CARGO fmt --check
 fi
 if $CARGO clippy --version > /dev/null 2>&1; then
-    step "clippy" $CARGO clippy --release --quiet --all-targets -- -D warnings
+    step "clippy" $CARGO clippy --release --target-dir "$TARGET" --quiet --all-targets -- -D warnings
 fi
 echo "== tests =="
-if $CARGO test --release --no-fail-fast > "$log" 2>&1; then :; else failures=$((failures + 1)); fi
+if $CARGO test --release --target-dir "$TARGET" --no-fail-fast > "$log" 2>&1; then :; else failures=$((failures + 1)); fi
 cat "$log"
 
 count() {
@@ -33,5 +33,7 @@ count() {
 passed=$(count passed)
 failed=$(count failed)
 [ "$failures" -eq 0 ] || [ "$failed" -gt 0 ] || failed=$failures
-echo "$passed passed, $failed failed"
+# Tests that find a program missing say so past the test runner, which counts them as passed.
+skipped=$(grep -c '^skipped:' "$log" || true)
+echo "$((passed - skipped)) passed, $failed failed, $skipped skipped"
 [ "$failures" -eq 0 ]

@@ -71,6 +71,14 @@ impl Source {
         })
     }
 
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Function { .. } => "the function that",
+            Self::Table { .. } => "the table that",
+            Self::Constant(_) | Self::Values(_) => "what",
+        }
+    }
+
     fn varies_in_time(&self) -> bool {
         matches!(self, Self::Table { .. } | Self::Function { .. })
     }
@@ -302,19 +310,20 @@ impl Condition {
                         self.axis
                     )));
                 }
-                if let Some(place) = self.now.iter().position(|value| !value.is_finite()) {
-                    return Err(Error::Numeric(format!(
-                        "the function that prescribes the {} of set '{}', axis {}, gave {} for \
-                         point {place} of the set at time {time}",
-                        self.quantity.name(),
-                        self.set,
-                        self.axis,
-                        self.now[place]
-                    )));
-                }
             }
         }
-        Ok(())
+        match self.now.iter().position(|value| !value.is_finite()) {
+            Some(place) => Err(Error::Numeric(format!(
+                "{} prescribes the {} of set '{}', axis {}, gave {} for point {place} of the set at time \
+                 {time}; it must be finite",
+                self.source.name(),
+                self.quantity.name(),
+                self.set,
+                self.axis,
+                self.now[place]
+            ))),
+            None => Ok(()),
+        }
     }
 }
 

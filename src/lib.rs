@@ -50,6 +50,7 @@ mod plan;
 mod points;
 mod simulation;
 mod solver;
+mod state;
 mod suggest;
 mod workers;
 

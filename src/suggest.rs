@@ -1,5 +1,8 @@
 //! "Did you mean ...?" for misspelt names.
 
+/// Names in a list of what is known.
+const MOST_LISTED: usize = 15;
+
 /// `; did you mean 'name'?` with the most similar of `known`, or their list when none is close.
 pub(crate) fn similar<'a>(given: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
     let nearest = known.clone().map(|name| (distance(given, name), name)).min();
@@ -9,9 +12,12 @@ pub(crate) fn similar<'a>(given: &str, known: impl Iterator<Item = &'a str> + Cl
         }
         Some(_) => {
             let mut list = String::from("; known are");
-            for (place, name) in known.enumerate() {
+            for (place, name) in known.clone().take(MOST_LISTED).enumerate() {
                 list.push_str(if place == 0 { " " } else { ", " });
                 list.push_str(name);
+            }
+            if known.count() > MOST_LISTED {
+                list.push_str(", ...");
             }
             list
         }

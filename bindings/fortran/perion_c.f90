@@ -92,8 +92,8 @@ module perion_c
   !> Internal force per reference volume; a vector.
   integer(c_int32_t), parameter :: PERION_FIELD_INTERNAL_FORCE = 6_c_int32_t
 
-  !> Body force per reference volume, the host's and that of conditions; a vector. Setting it replaces
-  !> the host's share, to which that of conditions adds.
+  !> Body force per reference volume; a vector. get gives the host's own and that of conditions together,
+  !> set replaces the host's own alone: what was got is not what to set.
   integer(c_int32_t), parameter :: PERION_FIELD_BODY_FORCE = 7_c_int32_t
 
   !> Force that holds prescribed components; a vector, 0 elsewhere.
@@ -160,8 +160,9 @@ module perion_c
     real(c_double) :: dissipated
     !> work of body forces, and of what holds prescribed points
     real(c_double) :: external_work
-    !> kinetic + elastic + dissipated that neither external work nor the start accounts for; above 0:
-    !> energy came out of nothing
+    !> kinetic + elastic + dissipated that neither external work nor the start accounts for. Velocity
+    !> Verlet lets it swing by about (omega dt)^2/8 of the energy; growing above that, energy comes out of
+    !> nothing. Steps that the host commits itself are not in it: their work is not known
     real(c_double) :: closure_error
   end type perion_energy
 
@@ -183,6 +184,9 @@ module perion_c
     integer(c_int64_t) :: broken_bonds
     !> last time step over the stable one; 0 before the first step
     real(c_double) :: time_step_ratio
+    !> smallest stretch of a bond that is not broken, 0 when none is compressed; below about -0.3 bonds
+    !> are on their way to collapse, and the stable step promises nothing
+    real(c_double) :: smallest_stretch
   end type perion_health
 
   !> Heap bytes that a simulation holds. Let perion_memory_init set struct_size.
@@ -340,7 +344,8 @@ module perion_c
     !> Names a set of points by their indices (from 0, `count` of them), whose order it keeps. The set
     !> "all" exists from the start.
     !>
-    !> ERROR_ARGUMENT: name empty, taken or longer than 255 bytes, count below 1, an index out of range
+    !> ERROR_ARGUMENT: name empty, taken, longer than 255 bytes, with blanks around it or control characters, count below 1, an
+    !> index out of range
     !> or given twice. Since 0.1.
     function perion_points_add_set(points, name, count, indices) &
         bind(c, name="perion_points_add_set")
@@ -549,6 +554,10 @@ module perion_c
 
     !> Brings points and a model together; both are copied and can be destroyed or used again.
     !>
+    !> What follows is set-up, until the first call that needs the bonds: evaluate, commit, step,
+    !> stable_time_step, energy, health, bond_count, get_bonds, write_vtk, write_series, or a get of anything
+    !> but positions, displacement, velocity and body force. Only then a horizon that reaches no neighbour is found.
+    !>
     !> ERROR_ARGUMENT: the model lacks density, horizon or an elastic constant, or holds what does not fit
     !> together or to the dimension. ERROR_MEMORY. Since 0.1.
     function perion_simulation_create(points, model, simulation) &
@@ -561,8 +570,7 @@ module perion_c
     end function perion_simulation_create
 
     !> Gives the points of a set another material. All models of a simulation share the formulation and,
-    !> in 2D, the plane state. Belongs to set-up: before the first evaluate, step, stable_time_step or
-    !> derived field.
+    !> in 2D, the plane state. Belongs to set-up (see perion_simulation_create).
     !>
     !> ERROR_ARGUMENT: unknown set, or a model that could not stand alone. ERROR_UNSUPPORTED: another
     !> formulation or plane state. ERROR_STATE: set-up has ended. Since 0.1.
@@ -576,7 +584,7 @@ module perion_c
     end function perion_simulation_assign_model
 
     !> Gives the bonds between two sets a critical energy release rate of their own (energy per area).
-    !> Belongs to set-up.
+    !> Belongs to set-up (see perion_simulation_create).
     !>
     !> ERROR_ARGUMENT: unknown set, a rate that is not positive. ERROR_STATE: set-up has ended. Since 0.1.
     function perion_simulation_set_interface(simulation, set_a, set_b, &
@@ -613,7 +621,8 @@ module perion_c
     end function perion_simulation_set_threads
 
     !> Frees a simulation, ends its threads and sets the pointer to NULL; NULL, or the address of NULL, is
-    !> fine. ERROR_STATE: another call is using it, such as the one whose callback this is. Since 0.1.
+    !> fine. Views that are still borrowed end with it. ERROR_STATE: another call is using it, such as the one whose callback this
+    !> is. Since 0.1.
     function perion_simulation_destroy(simulation) bind(c, name="perion_simulation_destroy")
       import :: c_int32_t, c_ptr
       type(c_ptr), intent(inout) :: simulation
@@ -621,7 +630,8 @@ module perion_c
     end function perion_simulation_destroy
 
     !> Breaks the bonds of `count` pairs of points for good; pairs: [count][2] indices from 0. Pairs
-    !> without a bond are passed over. Allowed at any time; what the bonds held is dissipated.
+    !> without a bond are passed over, and told to the log. Allowed at any time; what the bonds held is
+    !> dissipated.
     !>
     !> ERROR_ARGUMENT: an index out of range, a point paired with itself. Since 0.1.
     function perion_simulation_break_bonds(simulation, count, pairs) &
@@ -635,8 +645,10 @@ module perion_c
 
     !> Breaks every bond that crosses a planar polygon (3D, at least 3 vertices) or a segment (2D, 2
     !> vertices) for good. vertices: [vertex_count][dimension] lengths in the reference configuration.
-    !> Points within 1e-9 spacings of the plane belong to its positive side; the rim belongs to the crack;
-    !> bonds within the plane stay.
+    !> Points within 1e-9 spacings of the plane (or what the rounding of large coordinates amounts to) belong
+    !> to its positive side: where the vertices are seen to run counter-clockwise, in 2D to the left of the
+    !> segment. The rim belongs to the crack; bonds within the plane stay. A crack that no bond crosses is
+    !> told to the log.
     !>
     !> ERROR_ARGUMENT: too few or too many vertices, ones not finite or not in a plane, no extent. Since 0.1.
     function perion_simulation_break_crossing(simulation, vertex_count, vertices) &
@@ -649,7 +661,8 @@ module perion_c
     end function perion_simulation_break_crossing
 
     !> Sets the integrity of the bonds of `count` pairs of points: 1 intact, 0 broken. pairs: [count][2]
-    !> indices from 0; values: [count]. A broken bond stays broken; pairs without a bond are passed over.
+    !> indices from 0; values: [count]. A broken bond stays broken; pairs without a bond are passed over, and
+    !> told to the log. Allowed at any time: what bonds lose is dissipated, what they gain given by the host.
     !>
     !> ERROR_ARGUMENT: an index out of range, a point paired with itself, a value outside 0 to 1. Since 0.1.
     function perion_simulation_set_bond_integrity(simulation, count, pairs, values) &
@@ -664,7 +677,7 @@ module perion_c
 
     !> Lists all bonds, broken ones too, each once: pairs [count][2] indices from 0, stretch [count] at the
     !> current displacement, integrity [count] (1 intact, 0 broken). An array that is NULL is left out;
-    !> capacity: how many bonds the arrays have room for, 0 to ask for the count alone.
+    !> capacity: how many bonds the arrays have room for; call with 0 first, to learn the count alone.
     !>
     !> ERROR_ARGUMENT: capacity below the count and not 0. Since 0.1.
     function perion_simulation_get_bonds(simulation, capacity, pairs_or_null, stretch_or_null, &
@@ -846,10 +859,12 @@ module perion_c
       integer(c_int32_t) :: perion_simulation_sum
     end function perion_simulation_sum
 
-    !> Clears the struct and sets its size. Since 0.1.
-    subroutine perion_view_init(view) bind(c, name="perion_view_init")
-      import :: perion_view
+    !> Clears the struct and sets its struct_size; struct_size: sizeof(perion_view) as the host was
+    !> compiled, so that it works with later libraries too. Since 0.1.
+    subroutine perion_view_init(view, struct_size) bind(c, name="perion_view_init")
+      import :: c_int64_t, perion_view
       type(perion_view), intent(inout) :: view
+      integer(c_int64_t), value :: struct_size
     end subroutine perion_view_init
 
     !> Lends the host DISPLACEMENT, VELOCITY or its own BODY_FORCE to read and write. Until all views are
@@ -917,8 +932,9 @@ module perion_c
       integer(c_int32_t) :: perion_simulation_commit
     end function perion_simulation_commit
 
-    !> A time step at which step() is stable whatever bonds break; the true limit may be up to twice as
-    !> large. DBL_MAX where no bond acts. Leaves the state as it is.
+    !> A time step at which step() is stable whatever bonds break or stretch; the true limit may be up to
+    !> twice as large. It promises nothing for bonds pressed to a fraction of their length: see
+    !> smallest_stretch of perion_health. DBL_MAX where no bond acts. Leaves the state as it is; ends set-up.
     !>
     !> ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
     function perion_simulation_stable_time_step(simulation, time_step) &
@@ -993,25 +1009,31 @@ module perion_c
       integer(c_int32_t) :: perion_simulation_step_count
     end function perion_simulation_step_count
 
-    !> Clears the struct and sets its size. Since 0.1.
-    subroutine perion_energy_init(energy) bind(c, name="perion_energy_init")
-      import :: perion_energy
+    !> Clears the struct and sets its struct_size; struct_size: sizeof(perion_energy) as the host was
+    !> compiled, so that it works with later libraries too. Since 0.1.
+    subroutine perion_energy_init(energy, struct_size) bind(c, name="perion_energy_init")
+      import :: c_int64_t, perion_energy
       type(perion_energy), intent(inout) :: energy
+      integer(c_int64_t), value :: struct_size
     end subroutine perion_energy_init
 
-    !> Clears the struct and sets its size. Since 0.1.
-    subroutine perion_health_init(health) bind(c, name="perion_health_init")
-      import :: perion_health
+    !> Clears the struct and sets its struct_size; struct_size: sizeof(perion_health) as the host was
+    !> compiled, so that it works with later libraries too. Since 0.1.
+    subroutine perion_health_init(health, struct_size) bind(c, name="perion_health_init")
+      import :: c_int64_t, perion_health
       type(perion_health), intent(inout) :: health
+      integer(c_int64_t), value :: struct_size
     end subroutine perion_health_init
 
-    !> Clears the struct and sets its size. Since 0.1.
-    subroutine perion_memory_init(memory) bind(c, name="perion_memory_init")
-      import :: perion_memory
+    !> Clears the struct and sets its struct_size; struct_size: sizeof(perion_memory) as the host was
+    !> compiled, so that it works with later libraries too. Since 0.1.
+    subroutine perion_memory_init(memory, struct_size) bind(c, name="perion_memory_init")
+      import :: c_int64_t, perion_memory
       type(perion_memory), intent(inout) :: memory
+      integer(c_int64_t), value :: struct_size
     end subroutine perion_memory_init
 
-    !> The energy balance; costs a sweep over the bonds.
+    !> The energy balance; costs a sweep over the bonds. Ends set-up.
     !>
     !> ERROR_ARGUMENT: struct_size not set. ERROR_MEMORY. Since 0.1.
     function perion_simulation_energy(simulation, energy) bind(c, name="perion_simulation_energy")
@@ -1021,7 +1043,8 @@ module perion_c
       integer(c_int32_t) :: perion_simulation_energy
     end function perion_simulation_energy
 
-    !> What to look at before trusting a result: isolated and detached points, broken bonds, time step.
+    !> What to look at before trusting a result: isolated and detached points, broken bonds, time step,
+    !> compressed bonds. Costs a sweep over the bonds; ends set-up.
     !>
     !> ERROR_ARGUMENT: struct_size not set, the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
     function perion_simulation_health(simulation, health) bind(c, name="perion_simulation_health")

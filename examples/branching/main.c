@@ -160,8 +160,8 @@ int main(int argc, char **argv)
     check(perion_simulation_step(simulation, end_time / (double)steps, steps));
 
     /* Results. */
-    perion_energy_init(&energy);
-    perion_health_init(&health);
+    perion_energy_init(&energy, sizeof(perion_energy));
+    perion_health_init(&health, sizeof(perion_health));
     check(perion_simulation_energy(simulation, &energy));
     check(perion_simulation_health(simulation, &health));
     printf("broken bonds    %lld of %lld\n", (long long)health.broken_bonds,

@@ -279,8 +279,8 @@ program branching
   call check(perion_simulation_step(simulation, end_time / real(steps, c_double), steps))
 
   ! Results.
-  call perion_energy_init(energy)
-  call perion_health_init(health)
+  call perion_energy_init(energy, c_sizeof(energy))
+  call perion_health_init(health, c_sizeof(health))
   call check(perion_simulation_energy(simulation, energy))
   call check(perion_simulation_health(simulation, health))
   print '(a, i0, a, i0)', 'broken bonds    ', health%broken_bonds, ' of ', health%bonds

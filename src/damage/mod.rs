@@ -107,6 +107,9 @@ pub(crate) struct Breaking<'a> {
     pub(crate) intact: &'a mut [u8],
     /// Energy per volume that each point has lost by breaking bonds so far; added to.
     pub(crate) dissipated: &'a mut [f64],
+    /// Displacement at the beginning of the step, where there is one: a bond that breaks has pulled last
+    /// then, and so has given E s_n/s_{n+1} of what it would hold now.
+    pub(crate) before: Option<&'a [f64]>,
 }
 
 /// D_i = 1 - sum d_ij V_j / sum V_j over each point's own family; 0 for a point without one.

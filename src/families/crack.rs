@@ -4,10 +4,6 @@ use super::{Families, Place};
 use crate::error::{Result, argument};
 use crate::memory;
 
-/// Points closer to the crack plane than this many spacings belong to its positive side, and
-/// crossings this close to the rim are on the crack.
-const TOLERANCE: f64 = 1e-9;
-
 /// Products of four lengths below this stay finite.
 const LARGEST_COORDINATE: f64 = 1e75;
 
@@ -85,15 +81,16 @@ impl Crack {
     }
 
     /// Calls `cut` with point, neighbour and slot of every bond that crosses the crack, from both ends.
+    /// Points closer to its plane than the tolerance belong to its positive side, and crossings as
+    /// close to the rim are on the crack.
     pub(crate) fn for_each_crossing(
         &self,
         families: &Families,
         places: &[Place],
         centre: &[f64; 3],
-        spacing: f64,
+        tolerance: f64,
         mut cut: impl FnMut(usize, usize, usize),
     ) {
-        let tolerance = TOLERANCE * spacing;
         let origin = subtract(&self.origin, centre);
         let from_origin =
             |place: &Place| [place[0] - origin[0], place[1] - origin[1], place[2] - origin[2]];

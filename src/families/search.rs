@@ -1,8 +1,10 @@
 //! Neighbour search by a cell list.
 //!
-//! Cells have half the largest horizon as edge; points are counted into them, in O(N). The
+//! Cells have half the horizon as edge; points are counted into them, in O(N). The
 //! cells of a row follow each other, so a point looks at 5 x 5 runs of cells (in 2D at 5). Where the
 //! body leaves most of its bounding box empty, a sorted list of the occupied cells is looked up instead.
+//! Points whose horizons differ by more than a factor of two have cells of their own, so that a few
+//! large horizons do not make all points look far.
 
 use std::ops::Range;
 
@@ -12,7 +14,7 @@ use crate::memory;
 use crate::workers::{PerPoint, Ragged, Workers};
 
 /// Cells that a horizon reaches over.
-const REACH: i64 = 2;
+const REACH: f64 = 2.0;
 
 /// Bits of a cell's number along one axis.
 const AXIS_BITS: u32 = 21;
@@ -22,20 +24,22 @@ const TABLE_CELLS_PER_POINT: f64 = 16.0;
 
 const PURPOSE: &str = "bonds";
 
-/// The families of all points for their horizons.
+/// The families of all points for their horizons; `farthest` is the largest magnitude of the
+/// coordinates that the host gave.
 pub(crate) fn find(
     workers: &Workers,
     dimension: usize,
     places: &[Place],
     horizons: &Property,
+    farthest: f64,
 ) -> Result<Families> {
-    let radii = radii(places, horizons)?;
-    let cells = Cells::new(dimension, places, &radii)?;
+    let radii = radii(horizons, farthest)?;
+    let search = Search::new(dimension, places, &radii)?;
     let count = places.len();
     let mut sizes = memory::filled(0_u32, count, PURPOSE)?;
     workers.sweep(count, PerPoint(&mut sizes, 1), |range, sizes| {
         for (size, point) in sizes.0.iter_mut().zip(range) {
-            cells.visit(places, &radii, point, |_, _| *size += 1);
+            search.visit(point, |_, _| *size += 1);
         }
     });
     let mut offsets = memory::reserved(count + 1, PURPOSE)?;
@@ -57,7 +61,7 @@ pub(crate) fn find(
         let start = offsets[range.start] as usize * LANES;
         for point in range {
             let mut slot = offsets[point] as usize * LANES - start;
-            cells.visit(places, &radii, point, |neighbor, length| {
+            search.visit(point, |neighbor, length| {
                 neighbors.values[slot] = neighbor;
                 lengths.values[slot] = length;
                 slot += 1;
@@ -73,11 +77,7 @@ pub(crate) fn find(
 }
 
 /// Horizons with the tolerance that lets `horizon = k * spacing` reach the k-th shell.
-fn radii(places: &[Place], horizons: &Property) -> Result<Property> {
-    let farthest = places
-        .iter()
-        .flat_map(|place| &place[..3])
-        .fold(0.0_f64, |farthest, x| farthest.max(x.abs()));
+fn radii(horizons: &Property, farthest: f64) -> Result<Property> {
     let radius =
         |horizon: f64| horizon * (1.0 + (8.0 * f64::EPSILON * farthest / horizon).max(1e-10));
     Ok(match horizons {
@@ -102,8 +102,74 @@ fn no_neighbors(places: &[Place], horizons: &Property) -> String {
     )
 }
 
+/// All points in cells, those of like radii together.
+struct Search<'a> {
+    places: &'a [Place],
+    radii: &'a Property,
+    classes: Vec<Cells>,
+}
+
+/// Classes of radii, each up to twice those of the one before; the last holds all larger ones.
+const MOST_CLASSES: usize = 32;
+
+impl<'a> Search<'a> {
+    fn new(dimension: usize, places: &'a [Place], radii: &'a Property) -> Result<Self> {
+        let mut classes = memory::reserved(MOST_CLASSES, PURPOSE)?;
+        match radii {
+            Property::Uniform(radius) => {
+                let all = memory::collected(0..places.len() as u32, PURPOSE)?;
+                classes.push(Cells::new(dimension, places, &all, *radius)?);
+            }
+            Property::PerPoint(values) => {
+                let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
+                for class in 0..MOST_CLASSES {
+                    let mut points = Vec::new();
+                    let mut largest: f64 = 0.0;
+                    for (point, &radius) in values.iter().enumerate() {
+                        let own = ((radius / smallest).log2() as usize).min(MOST_CLASSES - 1);
+                        if own == class {
+                            memory::push(&mut points, point as u32, PURPOSE)?;
+                            largest = largest.max(radius);
+                        }
+                    }
+                    if !points.is_empty() {
+                        classes.push(Cells::new(dimension, places, &points, largest)?);
+                    }
+                }
+            }
+        }
+        Ok(Self { places, radii, classes })
+    }
+
+    /// Calls `found` with each neighbour of a point and its distance: within either's radius.
+    #[inline(always)]
+    fn visit(&self, point: usize, mut found: impl FnMut(u32, f64)) {
+        let place = &self.places[point];
+        let own_radius = self.radii.at(point);
+        for cells in &self.classes {
+            cells.visit(place, own_radius.max(cells.radius), |other, other_place| {
+                let [x, y, z] = *other_place;
+                let squared = squared_length(place, &[x, y, z, 0.0]);
+                let radius = match self.radii {
+                    Property::Uniform(radius) => *radius,
+                    Property::PerPoint(values) => own_radius.max(values[other as usize]),
+                };
+                // The square root decides; the squares, with room for rounding, sort out most.
+                if squared <= radius * radius * (1.0 + 1e-14) && other as usize != point {
+                    let length = squared.sqrt();
+                    if length <= radius {
+                        found(other, length);
+                    }
+                }
+            });
+        }
+    }
+}
+
 /// Points sorted into cells.
 struct Cells {
+    /// Largest radius of the points.
+    radius: f64,
     lower: [f64; 3],
     edge: f64,
     counts: [i64; 3],
@@ -127,35 +193,31 @@ enum Lookup {
 }
 
 impl Cells {
-    fn new(dimension: usize, places: &[Place], radii: &Property) -> Result<Self> {
-        let largest = match radii {
-            Property::Uniform(radius) => *radius,
-            Property::PerPoint(values) => values.iter().copied().fold(0.0, f64::max),
-        };
-        let (mut lower, mut upper) = ([0.0_f64; 3], [0.0_f64; 3]);
-        for place in places {
-            for axis in 0..dimension {
-                lower[axis] = lower[axis].min(place[axis]);
-                upper[axis] = upper[axis].max(place[axis]);
+    fn new(dimension: usize, places: &[Place], points: &[u32], radius: f64) -> Result<Self> {
+        let (mut lower, mut upper) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for &point in points {
+            for axis in 0..3 {
+                lower[axis] = lower[axis].min(places[point as usize][axis]);
+                upper[axis] = upper[axis].max(places[point as usize][axis]);
             }
         }
-        let extent = (0..3).map(|axis| upper[axis] - lower[axis]).fold(0.0, f64::max);
+        let extent = (0..dimension).map(|axis| upper[axis] - lower[axis]).fold(0.0, f64::max);
         let most = (1_i64 << AXIS_BITS) as f64 - 1.0;
-        // A hair more than half the radius, so that rounding never hides a neighbour behind two cells.
-        let edge = (largest / REACH as f64 * (1.0 + 1e-9)).max(extent / most);
+        let edge = (radius / REACH).max(extent / most);
         let counts = [0, 1, 2].map(|axis| ((upper[axis] - lower[axis]) / edge) as i64 + 1);
         let mut cells = Self {
+            radius,
             lower,
             edge,
             counts,
-            members: memory::reserved(places.len(), PURPOSE)?,
+            members: memory::reserved(points.len(), PURPOSE)?,
             lookup: Lookup::Table(Vec::new()),
         };
         let total: f64 = counts.iter().map(|&count| count as f64).product();
-        if total <= TABLE_CELLS_PER_POINT * places.len() as f64 {
-            cells.fill_table(places, total as usize)?;
+        if total <= TABLE_CELLS_PER_POINT * points.len() as f64 {
+            cells.fill_table(places, points, total as usize)?;
         } else {
-            cells.fill_occupied(places)?;
+            cells.fill_occupied(places, points)?;
         }
         Ok(cells)
     }
@@ -169,16 +231,17 @@ impl Cells {
         ((cell[2] * self.counts[1] + cell[1]) * self.counts[0] + cell[0]) as usize
     }
 
-    fn fill_table(&mut self, places: &[Place], total: usize) -> Result<()> {
+    fn fill_table(&mut self, places: &[Place], points: &[u32], total: usize) -> Result<()> {
         let mut first = memory::filled(0_u32, total + 1, PURPOSE)?;
-        for place in places {
-            first[self.number(self.cell(place)) + 1] += 1;
+        for &point in points {
+            first[self.number(self.cell(&places[point as usize])) + 1] += 1;
         }
         for number in 0..total {
             first[number + 1] += first[number];
         }
-        self.members = memory::filled(Member { place: [0.0; 3], point: 0 }, places.len(), PURPOSE)?;
-        for (point, place) in places.iter().enumerate() {
+        self.members = memory::filled(Member { place: [0.0; 3], point: 0 }, points.len(), PURPOSE)?;
+        for &point in points {
+            let place = &places[point as usize];
             let number = self.number(self.cell(place));
             self.members[first[number] as usize] = Member::new(place, point);
             first[number] += 1;
@@ -190,10 +253,9 @@ impl Cells {
         Ok(())
     }
 
-    fn fill_occupied(&mut self, places: &[Place]) -> Result<()> {
-        let keys = places.iter().map(|place| key(self.cell(place)));
-        let mut keyed =
-            memory::collected(keys.enumerate().map(|(point, key)| (key, point as u32)), PURPOSE)?;
+    fn fill_occupied(&mut self, places: &[Place], points: &[u32]) -> Result<()> {
+        let keyed = points.iter().map(|&point| (key(self.cell(&places[point as usize])), point));
+        let mut keyed = memory::collected(keyed, PURPOSE)?;
         keyed.sort_unstable();
         let (mut occupied, mut first) = (Vec::new(), Vec::new());
         for (place, &(key, point)) in keyed.iter().enumerate() {
@@ -201,45 +263,36 @@ impl Cells {
                 memory::push(&mut occupied, key, PURPOSE)?;
                 memory::push(&mut first, place as u32, PURPOSE)?;
             }
-            self.members.push(Member::new(&places[point as usize], point as usize));
+            self.members.push(Member::new(&places[point as usize], point));
         }
-        memory::push(&mut first, places.len() as u32, PURPOSE)?;
+        memory::push(&mut first, points.len() as u32, PURPOSE)?;
         self.lookup = Lookup::Occupied(occupied, first);
         Ok(())
     }
 
-    /// Calls `found` with each neighbour of a point and its distance: within either's radius.
+    /// Calls `met` with every member in the cells that a ball touches, and its place.
     #[inline(always)]
-    fn visit(
-        &self,
-        places: &[Place],
-        radii: &Property,
-        point: usize,
-        mut found: impl FnMut(u32, f64),
-    ) {
-        let place = &places[point];
-        let own_radius = radii.at(point);
-        let cell = self.cell(place);
+    fn visit(&self, place: &Place, radius: f64, mut met: impl FnMut(u32, &[f64; 3])) {
+        // A hair more than the radius, so that rounding never hides a neighbour behind a cell.
+        let reach = radius * (1.0 + 1e-9);
         let near = |axis: usize| {
-            (cell[axis] - REACH).max(0)..(cell[axis] + REACH + 1).min(self.counts[axis])
+            let from = place[axis] - self.lower[axis];
+            let first = ((from - reach) / self.edge).floor() as i64;
+            let last = ((from + reach) / self.edge).floor() as i64;
+            first.max(0)..last.saturating_add(1).min(self.counts[axis])
         };
-        for z in near(2) {
-            for y in near(1) {
-                for member in &self.members[self.run(near(0), y, z)] {
-                    let [x1, y1, z1] = member.place;
-                    let squared = squared_length(place, &[x1, y1, z1, 0.0]);
-                    let radius = match radii {
-                        Property::Uniform(radius) => *radius,
-                        Property::PerPoint(values) => own_radius.max(values[member.point as usize]),
-                    };
-                    // The square root decides; the squares, with room for rounding, sort out most.
-                    if squared <= radius * radius * (1.0 + 1e-14) && member.point as usize != point
-                    {
-                        let length = squared.sqrt();
-                        if length <= radius {
-                            found(member.point, length);
-                        }
-                    }
+        let (along_x, along_y, along_z) = (near(0), near(1), near(2));
+        if along_x.is_empty() || along_y.is_empty() || along_z.is_empty() {
+            return;
+        }
+        let rows = (along_y.end - along_y.start).saturating_mul(along_z.end - along_z.start);
+        if rows > self.members.len() as i64 {
+            return self.members.iter().for_each(|member| met(member.point, &member.place));
+        }
+        for z in along_z {
+            for y in along_y.clone() {
+                for member in &self.members[self.run(along_x.clone(), y, z)] {
+                    met(member.point, &member.place);
                 }
             }
         }
@@ -264,8 +317,8 @@ impl Cells {
 }
 
 impl Member {
-    fn new(place: &Place, point: usize) -> Self {
-        Self { place: [place[0], place[1], place[2]], point: point as u32 }
+    fn new(place: &Place, point: u32) -> Self {
+        Self { place: [place[0], place[1], place[2]], point }
     }
 }
 
@@ -293,7 +346,7 @@ mod tests {
     }
 
     fn check_against_all_pairs(places: &[Place], horizons: &Property) {
-        let families = find(&Workers::new(2).unwrap(), 3, places, horizons).unwrap();
+        let families = find(&Workers::new(2).unwrap(), 3, places, horizons, 1.0).unwrap();
         for i in 0..places.len() {
             let expected: Vec<_> = (0..places.len())
                 .filter(|&j| {
@@ -323,12 +376,17 @@ mod tests {
     fn unequal_horizons_give_each_bond_to_both_ends() {
         let horizons = (0..400).map(|k| 0.1 + 0.03 * (k % 7) as f64).collect();
         check_against_all_pairs(&cloud(400, 1.0), &Property::PerPoint(horizons));
+        let few_large = (0..400).map(|k| if k % 57 == 3 { 1.3 } else { 0.02 }).collect();
+        check_against_all_pairs(&cloud(400, 1.0), &Property::PerPoint(few_large));
+        let many_sizes = (0..400).map(|k| 1e-3 * 1.03_f64.powi(k)).collect();
+        check_against_all_pairs(&cloud(400, 1.0), &Property::PerPoint(many_sizes));
     }
 
     #[test]
     fn a_horizon_of_whole_spacings_reaches_its_shell() {
         let row: Vec<Place> = (0..10).map(|k| [0.1 * k as f64, 0.0, 0.0, 1.0]).collect();
-        let families = find(&Workers::new(1).unwrap(), 3, &row, &Property::Uniform(0.3)).unwrap();
+        let families =
+            find(&Workers::new(1).unwrap(), 3, &row, &Property::Uniform(0.3), 0.9).unwrap();
         assert_eq!(families.bonds(5).count(), 6);
     }
 }

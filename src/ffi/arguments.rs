@@ -78,6 +78,11 @@ pub(crate) unsafe fn output<'a, T>(
     Ok(unsafe { &mut *pointer.cast_mut().cast() })
 }
 
+/// A pointer that leads somewhere, aligned.
+pub(crate) fn present<T>(pointer: *mut T, name: &'static str) -> Result<*mut T, Failure> {
+    Ok(aligned(not_null(pointer.cast_const(), name)?, name)?.cast_mut())
+}
+
 /// A count, stride or index of C as one of Rust.
 pub(crate) fn convert(value: i64, name: &'static str) -> Result<usize, Failure> {
     let refused = || Error::Argument(format!("'{name}' is {value}; it must not be negative"));
@@ -106,7 +111,9 @@ pub(crate) fn length(
             "'{name}': {count} points with stride {stride} are more than memory can hold"
         ))
     };
-    Ok(total.and_then(|total| i64::try_from(total).ok()).ok_or_else(refused)?)
+    let most = isize::MAX as usize / size_of::<f64>();
+    let total = total.filter(|&total| total <= most).and_then(|total| i64::try_from(total).ok());
+    Ok(total.ok_or_else(refused)?)
 }
 
 /// Refuses a count that is not what it must be.

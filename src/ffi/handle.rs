@@ -29,7 +29,7 @@ pub(crate) trait Opaque: Sized {
 #[repr(C)]
 pub(crate) struct Handle<T> {
     magic: AtomicU64,
-    /// `IDLE`, the number of readers, or `EXCLUSIVE`.
+    /// `IDLE`, the number of readers, with `WAITING` where a writer waits for them, or `EXCLUSIVE`.
     access: AtomicU32,
     poisoned: AtomicBool,
     value: UnsafeCell<T>,
@@ -37,6 +37,8 @@ pub(crate) struct Handle<T> {
 
 const IDLE: u32 = 0;
 const EXCLUSIVE: u32 = u32::MAX;
+/// A writer waits: no new reader is let in.
+const WAITING: u32 = 1 << 31;
 
 // SAFETY: `value` is reached through `access` alone, which is a lock for readers and writers.
 unsafe impl<T: Send + Sync> Sync for Handle<T> {}
@@ -151,15 +153,23 @@ impl<'a, X: Opaque + 'a> Session<'a, X> {
         result
     }
 
-    /// Runs `callback` while other calls may read the object, but not change it.
-    ///
-    /// Fails if one of them, on another thread, is still reading when the callback returns.
+    /// Runs `callback` while other calls may read the object, but not change it. Waits for those that
+    /// still read when it returns.
     pub(crate) fn while_shared<R>(&mut self, callback: impl FnOnce() -> R) -> Result<R, Failure> {
         self.exclude_others()?;
         self.held = 1;
         self.handle.access.store(self.held, Release);
         let result = callback();
-        self.exclude_others()?;
+        self.handle.access.fetch_or(WAITING, Relaxed);
+        while self
+            .handle
+            .access
+            .compare_exchange_weak(WAITING | self.held, EXCLUSIVE, Acquire, Relaxed)
+            .is_err()
+        {
+            std::thread::yield_now();
+        }
+        self.held = EXCLUSIVE;
         Ok(result)
     }
 
@@ -168,7 +178,7 @@ impl<'a, X: Opaque + 'a> Session<'a, X> {
     unsafe fn read(pointer: *const X) -> Result<Self, Failure> {
         // SAFETY: the caller's promise.
         let handle = unsafe { live::<X>(pointer) }?;
-        let one_more = |word| (word < EXCLUSIVE - 1).then(|| word + 1);
+        let one_more = |word| (word < WAITING - 1).then(|| word + 1);
         let entered = handle.access.fetch_update(Acquire, Relaxed, one_more);
         entered.map(|_| Self { handle, held: 1 }).map_err(|_| in_use(X::NAME))
     }

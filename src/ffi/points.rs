@@ -105,7 +105,7 @@ pub unsafe extern "C" fn perion_points_set_horizons(
 /// Names a set of points by their indices (from 0, `count` of them), whose order it keeps. The set
 /// "all" exists from the start.
 ///
-/// ERROR_ARGUMENT: name empty, taken or longer than 255 bytes, count below 1, an index out of range
+/// ERROR_ARGUMENT: name empty, taken, longer than 255 bytes, with blanks around it or control characters, count below 1, an index out of range
 /// or given twice. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn perion_points_add_set(

@@ -15,17 +15,24 @@ pub(crate) unsafe trait Sized64: Copy {}
 
 const SIZE_BYTES: usize = size_of::<i64>();
 
-/// Sets the size of a struct, for the host that asks for it.
+/// No struct of the interface will ever be larger.
+const MOST_BYTES: i64 = 1 << 16;
+
+/// Clears a struct of the host, as many bytes as it says that it has, and sets its size.
 ///
 /// # Safety
-/// `pointer` is NULL or leads to room for a `T`.
-pub(crate) unsafe fn init<T: Sized64>(pointer: *mut T) {
-    if !pointer.is_null() && pointer.is_aligned() {
-        // SAFETY: the caller's promise; a `T` may be all zeros and begins with its size.
-        unsafe {
-            pointer.write_bytes(0, 1);
-            pointer.cast::<i64>().write(size_of::<T>() as i64);
-        }
+/// `pointer` is NULL or leads to room for `size` bytes.
+pub(crate) unsafe fn init<T: Sized64>(pointer: *mut T, size: i64) {
+    if pointer.is_null()
+        || !pointer.is_aligned()
+        || !(SIZE_BYTES as i64..=MOST_BYTES).contains(&size)
+    {
+        return;
+    }
+    // SAFETY: the caller's promise; the struct may be all zeros and begins with its size.
+    unsafe {
+        pointer.cast::<u8>().write_bytes(0, size as usize);
+        pointer.cast::<i64>().write(size);
     }
 }
 
@@ -40,7 +47,7 @@ pub(crate) unsafe fn size_of_host<T: Sized64>(
     // SAFETY: the caller's promise; the first member is there whatever the size.
     let size = unsafe { output(pointer.cast_mut().cast::<i64>(), name)?.assume_init_read() };
     match usize::try_from(size) {
-        Ok(bytes) if (SIZE_BYTES..=1 << 16).contains(&bytes) => Ok(bytes.min(size_of::<T>())),
+        Ok(bytes) if bytes >= SIZE_BYTES && size <= MOST_BYTES => Ok(bytes.min(size_of::<T>())),
         _ => Ok(argument(format!(
             "the struct_size of '{name}' is {size}; let perion_{name}_init set it"
         ))?),
@@ -111,6 +118,15 @@ mod tests {
             unsafe { write(&raw mut host, &value, "pair") }.unwrap();
             assert_eq!(host, Pair { struct_size: size, first, second });
         }
+    }
+
+    #[test]
+    fn an_older_host_keeps_what_stands_behind_its_struct() {
+        let mut host = [Pair { struct_size: 1, first: 2.0, second: 3.0 }; 2];
+        // SAFETY: a valid struct.
+        unsafe { init(&raw mut host[0], 16) };
+        assert_eq!(host[0], Pair { struct_size: 16, first: 0.0, second: 3.0 });
+        assert_eq!(host[1].struct_size, 1);
     }
 
     #[test]

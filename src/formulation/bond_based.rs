@@ -9,7 +9,7 @@ use super::{Formulation, FormulationEntry, Materials, Scene};
 use crate::damage::Breaking;
 use crate::error::{Error, Result};
 use crate::families::Property;
-use crate::kernel::bond_based::{Alike, BondLaw, Cloud, Various};
+use crate::kernel::bond_based::{Alike, BlockBreaking, BondLaw, Cloud, Various};
 use crate::model::{Elastic, Model, Plane};
 use crate::workers::{PerPoint, Ragged};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -199,12 +199,14 @@ fn sweep_forces<const D: usize>(
         None => scene.workers.sweep(count, forces, |range, force| {
             note(cloud.force::<D>(law, range, force.0, None));
         }),
-        Some(Breaking { intact, dissipated, .. }) => {
+        Some(Breaking { intact, dissipated, before, .. }) => {
             let offsets = &scene.families.offsets;
             let masks = Ragged { values: intact, offsets, width: 1 };
             let outputs = (forces, masks, PerPoint(dissipated, 1));
             scene.workers.sweep(count, outputs, |range, (force, masks, dissipated)| {
-                note(cloud.force::<D>(law, range, force.0, Some((masks.values, dissipated.0))));
+                let (intact, dissipated) = (masks.values, dissipated.0);
+                let breaking = BlockBreaking { intact, dissipated, before };
+                note(cloud.force::<D>(law, range, force.0, Some(breaking)));
             });
         }
     }

@@ -80,6 +80,23 @@ struct Deformed<const D: usize> {
     product: Lanes,
 }
 
+impl<const D: usize> Deformed<D> {
+    #[inline(always)]
+    fn stretch(&self) -> Lanes {
+        self.change / self.product
+    }
+}
+
+/// What a sweep over a range of points writes as it breaks bonds.
+pub(crate) struct BlockBreaking<'a> {
+    /// Masks of the range's blocks after breaking.
+    pub(crate) intact: &'a mut [u8],
+    /// Energy per volume that each point of the range has lost; added to.
+    pub(crate) dissipated: &'a mut [f64],
+    /// Displacement of all points at the beginning of the step, where there is one.
+    pub(crate) before: Option<&'a [f64]>,
+}
+
 impl<'a> Cloud<'a> {
     /// The parts of a block.
     #[inline(always)]
@@ -133,7 +150,7 @@ impl<'a> Cloud<'a> {
         law: impl BondLaw,
         range: Range<usize>,
         force: &mut [f64],
-        mut breaking: Option<(&mut [u8], &mut [f64])>,
+        mut breaking: Option<BlockBreaking<'a>>,
     ) -> Option<usize> {
         let (forces, _) = force.as_chunks_mut::<D>();
         let first_block = self.families.offsets[range.start] as usize;
@@ -146,12 +163,13 @@ impl<'a> Cloud<'a> {
                     for part in self.parts(block, point) {
                         let deformed = self.deform::<D>(&part);
                         let mut intact = part.bits(mask);
-                        if let Some((_, dissipated)) = &mut breaking {
+                        if let Some(BlockBreaking { dissipated, before, .. }) = &mut breaking {
                             let stretch = deformed.stretch_by_length * deformed.now;
                             let beyond = stretch.above(law.threshold(&part)) & intact;
                             if beyond != 0 {
                                 let broken = beyond & part.bits(law.breakable(block));
-                                dissipated[place] += self.held(law, &part, &deformed, broken);
+                                dissipated[place] +=
+                                    self.lost::<D>(law, &part, &deformed, broken, *before);
                                 intact &= !broken;
                                 mask &= !part.in_block(broken);
                             }
@@ -166,8 +184,8 @@ impl<'a> Cloud<'a> {
                         }
                     }
                 }
-                if let Some((masks, _)) = &mut breaking {
-                    masks[block - first_block] = mask;
+                if let Some(BlockBreaking { intact, .. }) = &mut breaking {
+                    intact[block - first_block] = mask;
                 }
             }
             forces[place] = sum.map(Lanes::total);
@@ -187,10 +205,27 @@ impl<'a> Cloud<'a> {
         deformed: &Deformed<D>,
         bits: u8,
     ) -> f64 {
-        let stretch = deformed.change / deformed.product;
-        let length = Lanes::load(part.lengths);
-        let energy = law.own_stiffness(part) * stretch * stretch * length * deformed.volume;
-        0.25 * energy.only(bits).total()
+        let stretch = deformed.stretch();
+        let force = law.own_stiffness(part) * stretch * deformed.volume;
+        0.25 * (force * stretch * Lanes::load(part.lengths)).only(bits).total()
+    }
+
+    /// Energy per volume that the point loses by bonds that break: 1/4 c d s s_before L V_j each, with the
+    /// stretch at which the bond pulled last, where it pulled; s_before = s where nothing was before.
+    #[inline(never)]
+    fn lost<const D: usize>(
+        &self,
+        law: impl BondLaw,
+        part: &Part<'_>,
+        deformed: &Deformed<D>,
+        bits: u8,
+        before: Option<&'a [f64]>,
+    ) -> f64 {
+        let Some(displacement) = before else { return self.held(law, part, deformed, bits) };
+        let earlier = Self { displacement, ..*self }.deform::<D>(part).stretch();
+        let pulled = earlier.where_positive(earlier);
+        let force = law.own_stiffness(part) * deformed.stretch() * deformed.volume;
+        0.25 * (force * pulled * Lanes::load(part.lengths)).only(bits).total()
     }
 
     /// W_i = 1/4 sum c d s^2 L V_j of the points of `range`, over each point's own family.

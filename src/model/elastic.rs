@@ -80,6 +80,12 @@ impl Elastic {
                  'shear_modulus' or 'lame_lambda'",
             );
         };
+        if !(youngs_modulus > 0.0 && youngs_modulus.is_finite()) {
+            return argument(format!(
+                "the elastic constant of the model gives Young's modulus {youngs_modulus}; it must be \
+                 positive and finite ('lame_lambda' must be positive here)"
+            ));
+        }
         let constants = Self::new(youngs_modulus, nu);
         if given.count() == 2 {
             let stated = given.poisson_ratio_of_two();

@@ -183,7 +183,8 @@ pub(super) fn replace_file(
             path.display()
         ));
     }
-    let (temporary, file) = Temporary::beside(path)
+    let place = destination(path).map_err(|reason| failed("looking at what is there", reason))?;
+    let (temporary, file) = Temporary::beside(&place)
         .map_err(|reason| failed("creating a temporary file beside it", reason))?;
     let mut out = BufWriter::new(file);
     fill(&mut out)
@@ -191,10 +192,24 @@ pub(super) fn replace_file(
         // A full disk may show only when the data leave the cache: before the rename, so that the older file outlives it.
         .and_then(|file| file.sync_all())
         .map_err(|reason| failed("writing a temporary file beside it", reason))?;
-    fs::rename(&temporary.path, path)
+    fs::rename(&temporary.path, &place)
         .map_err(|reason| failed("moving the complete file into place", reason))?;
     temporary.keep();
     Ok(())
+}
+
+/// The file to replace: where a link leads, and never a device, a pipe or a directory.
+fn destination(path: &Path) -> io::Result<PathBuf> {
+    let place = match fs::symlink_metadata(path) {
+        Ok(there) if there.is_symlink() => fs::canonicalize(path)?,
+        Ok(_) => path.to_owned(),
+        Err(reason) if reason.kind() == ErrorKind::NotFound => return Ok(path.to_owned()),
+        Err(reason) => return Err(reason),
+    };
+    if fs::metadata(&place)?.is_file() {
+        return Ok(place);
+    }
+    Err(io::Error::other("it is there already and not a regular file"))
 }
 
 /// A file that is removed when dropped, unless kept.
@@ -345,10 +360,11 @@ pub(super) mod tests {
         let directory = scratch("target");
         let occupied = directory.join("directory.vtu");
         fs::create_dir(&occupied).unwrap();
-        for (path, tried) in [(&occupied, "moving"), (&directory.join("no/file.vtu"), "creating")] {
+        let absent = directory.join("no/file.vtu");
+        for (path, reason) in [(&occupied, "not a regular file"), (&absent, "os error")] {
             let failure = write(path, 0.0, &[], &[]);
             let Err(Error::Io(text)) = failure else { panic!("{failure:?}") };
-            assert!(text.contains(tried) && text.contains("os error"), "{text}");
+            assert!(text.contains(reason), "{text}");
             assert!(text.contains(&path.display().to_string()), "{text}");
         }
         assert_eq!(fs::read_dir(&directory).unwrap().count(), 1);

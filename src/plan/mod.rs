@@ -4,7 +4,7 @@
 //! rule, and no second bond mask.
 
 use crate::damage::{BondState, BreakRule, Interface};
-use crate::error::Result;
+use crate::error::{Result, argument};
 use crate::families::{self, Families, Place, Property};
 use crate::formulation::{Formulation, Materials, Scene};
 use crate::memory;
@@ -22,8 +22,8 @@ pub(crate) struct Plan {
     pub(crate) formulation: Box<dyn Formulation>,
     /// When bonds break; `None` when none can.
     pub(crate) rule: Option<BreakRule>,
-    /// The edge of the mean point's cell, a length.
-    pub(crate) spacing: f64,
+    /// Points closer to the plane of a crack than this belong to its positive side, a length.
+    pub(crate) crack_tolerance: f64,
 }
 
 /// What the host has said of the body besides points and models.
@@ -56,12 +56,13 @@ impl Plan {
         let thickness =
             materials.property(|model, _| Ok(number(model, "thickness")), "thicknesses")?;
         let places = places(points, &thickness)?;
-        let families = families::find(workers, dimension, &places, &horizons)?;
+        let farthest = points.order().farthest;
+        let families = families::find(workers, dimension, &places, &horizons, farthest)?;
+        refuse_bonds_without_length(points, &families)?;
         let formulation = (models[0].formulation().prepare)(&materials)?;
         let rule = rule(&materials, &families, requests)?;
-        let area: f64 = points.volumes().iter().sum();
-        let spacing = (area / points.count() as f64).powf(1.0 / dimension as f64);
-        Ok(Self { dimension, places, density, families, formulation, rule, spacing })
+        let crack_tolerance = crack_tolerance(points);
+        Ok(Self { dimension, places, density, families, formulation, rule, crack_tolerance })
     }
 
     pub(crate) fn count(&self) -> usize {
@@ -96,6 +97,28 @@ impl Plan {
     pub(crate) fn point_bytes(&self) -> usize {
         memory::bytes(&self.places) + self.density.bytes()
     }
+}
+
+/// Points can be so close that the square of their distance is no longer a number above zero.
+fn refuse_bonds_without_length(points: &Points, families: &Families) -> Result<()> {
+    let host = &points.order().host;
+    for point in 0..host.len() {
+        if let Some(bond) = families.bonds(point).find(|bond| bond.length == 0.0) {
+            return argument(format!(
+                "points {} and {} are too close to tell their distance; use other units",
+                host[point], host[bond.neighbor]
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// 1e-9 of the edge of the mean point's cell, or what the rounding of coordinates may amount to.
+fn crack_tolerance(points: &Points) -> f64 {
+    let order = points.order();
+    let measure: f64 = order.host.iter().map(|&point| points.volumes()[point as usize]).sum();
+    let spacing = (measure / points.count() as f64).powf(1.0 / points.dimension() as f64);
+    (1e-9 * spacing).max(8.0 * f64::EPSILON * order.farthest)
 }
 
 /// A number that has been checked to be set, or has a default.

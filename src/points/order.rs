@@ -15,6 +15,8 @@ const MOST_BRICKS: f64 = 2_097_151.0;
 pub(crate) struct Order {
     /// Middle of the bounding box: inner coordinates are relative to it.
     pub(crate) centre: [f64; 3],
+    /// Largest magnitude of the host's coordinates: their own rounding is relative to it.
+    pub(crate) farthest: f64,
     /// Host index of the point at each inner place.
     pub(crate) host: Vec<u32>,
     /// Inner place of each host index; `None` when the orders are the same.
@@ -29,7 +31,8 @@ impl Order {
         let centred = |point: usize| {
             let mut place = [0.0; 3];
             for axis in 0..dimension {
-                place[axis] = coordinates[point * dimension + axis] - centre[axis];
+                // Adding zero makes one of the two zeros, which the sort would tell apart.
+                place[axis] = coordinates[point * dimension + axis] - centre[axis] + 0.0;
             }
             place
         };
@@ -69,7 +72,8 @@ impl Order {
             }
             Some(places)
         };
-        Ok(Self { centre, host, place })
+        let farthest = coordinates.iter().fold(0.0_f64, |farthest, x| farthest.max(x.abs()));
+        Ok(Self { centre, farthest, host, place })
     }
 
     /// Inner place of a host index.
@@ -84,6 +88,7 @@ impl Order {
         };
         Ok(Self {
             centre: self.centre,
+            farthest: self.farthest,
             host: memory::copied(&self.host, "the order of the points")?,
             place,
         })
@@ -158,6 +163,9 @@ mod tests {
     fn points_in_one_place_are_found_wherever_they_stand_in_the_list() {
         let error = Order::new(2, &[0.0, 1.0, 3.0, 2.0, -0.0, 1.0]).unwrap_err();
         assert!(error.to_string().contains("points 0 and 2 stand in one place"), "{error}");
+        let row = [1.0, -0.0, 2.0, -0.0, 0.0, 0.0, 1.0, 0.0];
+        let error = Order::new(2, &row).unwrap_err();
+        assert!(error.to_string().contains("points 0 and 3 stand in one place"), "{error}");
     }
 
     #[test]

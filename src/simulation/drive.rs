@@ -6,8 +6,8 @@ use super::setup::Built;
 use super::{LogLevel, Simulation};
 use crate::damage::Breaking;
 use crate::error::{Error, Result, argument};
-use crate::simulation::state::State;
 use crate::solver::verlet::VerletStep;
+use crate::state::State;
 use crate::workers::PerPoint;
 
 /// Steps more than this many times the stable one are refused.
@@ -50,6 +50,7 @@ impl Simulation {
             }
             std::mem::swap(&mut state.current.force, &mut state.next.force);
             state.force_fresh = true;
+            state.pulled = true;
             state.loads_fresh = false;
         }
         if !self.state.loads_fresh {
@@ -60,7 +61,7 @@ impl Simulation {
 
     /// Asks the loads at the current time, and sums up the acceleration.
     fn refresh_loads(&mut self) -> Result<()> {
-        let Self { state, conditions, built, .. } = self;
+        let Self { state, conditions, built, points, .. } = self;
         let Some(Built { workers, plan, .. }) = built.get_mut() else { return Ok(()) };
         let dimension = plan.dimension;
         if !state.next.load.is_empty() {
@@ -69,7 +70,7 @@ impl Simulation {
         }
         let (force, load) = (&state.current.force, &state.current.load);
         let host = state.host_load.as_deref();
-        let acceleration = PerPoint(&mut state.current.acceleration, dimension);
+        let acceleration = PerPoint(&mut state.next.acceleration, dimension);
         workers.sweep(plan.count(), acceleration, |range, acceleration| {
             for (place, point) in range.enumerate() {
                 for axis in 0..dimension {
@@ -79,8 +80,13 @@ impl Simulation {
                 }
             }
         });
-        let acceleration = &mut state.current.acceleration;
+        let acceleration = &mut state.next.acceleration;
+        if let Some(place) = acceleration.iter().position(|component| !component.is_finite()) {
+            let point = points.order().host[place / dimension];
+            return Err(not_finite("acceleration", point, state.time));
+        }
         conditions.for_each_ruled(dimension, |ruled| acceleration[ruled.component] = 0.0);
+        std::mem::swap(&mut state.current.acceleration, &mut state.next.acceleration);
         state.loads_fresh = true;
         Ok(())
     }
@@ -108,7 +114,7 @@ impl Simulation {
             let [now, next] = dissipated;
             next.copy_from_slice(now);
             let scene = plan.scene(workers, bonds, &state.current.displacement);
-            let breaking = Breaking { rule, intact: next_intact, dissipated: next };
+            let breaking = Breaking { rule, intact: next_intact, dissipated: next, before: None };
             let force = &mut state.next.force;
             if let Some(point) = plan.formulation.force(&scene, force, Some(breaking)) {
                 return Err(not_finite("force", points.order().host[point], state.time));
@@ -125,9 +131,11 @@ impl Simulation {
         Ok(())
     }
 
-    /// A time step at which velocity Verlet is stable, whatever bonds break: from Gershgorin's bound on
-    /// the largest frequency, less one percent. The true limit may be twice as large. The largest
-    /// number there is, when no bond acts.
+    /// A time step at which velocity Verlet is stable, whatever bonds break or stretch: from Gershgorin's
+    /// bound on the largest frequency, less one percent. The true limit may be twice as large. It is no
+    /// promise for bonds pressed to a fraction of their length, whose force turns over as they
+    /// collapse: see the smallest stretch in [`Health`](super::Health). The largest number there is,
+    /// when no bond acts.
     ///
     /// # Errors
     /// What building the families can fail with.

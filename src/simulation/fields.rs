@@ -146,14 +146,27 @@ impl Simulation {
         stride: usize,
     ) -> Result<()> {
         let components = field.components(self.points.dimension());
-        let set = self.check_strided(set, components, values.len(), stride)?;
+        self.check_strided(set, components, values.len(), stride)?;
+        let mut start = 0;
+        self.for_each_value(set, field, |value| {
+            values[start..start + components].copy_from_slice(value);
+            start += stride;
+        })
+    }
+
+    /// Calls `visit` with the components of a field for each point of a set, in the set's order.
+    pub(crate) fn for_each_value(
+        &self,
+        set: Option<&str>,
+        field: Field,
+        mut visit: impl FnMut(&[f64]),
+    ) -> Result<()> {
+        let components = field.components(self.points.dimension());
         let inner = self.inner(field)?;
         let order = self.points.order();
-        let mut start = 0;
-        self.points.for_each_in_set(set, |point| {
+        self.points.for_each_in_set(set.unwrap_or(crate::points::ALL), |point| {
             let from = order.place(point) * components;
-            values[start..start + components].copy_from_slice(&inner[from..from + components]);
-            start += stride;
+            visit(&inner[from..from + components]);
         })
     }
 
@@ -196,9 +209,8 @@ impl Simulation {
             }
             _ => {
                 self.close_ledger()?;
-                let target = &mut self.state.current.displacement;
+                let target = self.state.displacement_mut();
                 scatter(&self.points, set, values, stride, target, field == Field::Position);
-                self.state.force_fresh = false;
             }
         }
         Ok(())

@@ -37,6 +37,8 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::write_vtk`]; `Argument` for a path that does not end in `.pvd`.
     pub fn write_series(&self, pvd: impl AsRef<Path>, fields: &[Field]) -> Result<()> {
+        // Set-up may tell the log, and must not do so under the lock.
+        self.built()?;
         let mut series = self.series.lock().unwrap_or_else(|poison| poison.into_inner());
         let file = series.next_file(pvd.as_ref())?;
         self.write_vtk(&file, fields)?;

@@ -8,7 +8,6 @@ mod drive;
 mod fields;
 mod files;
 mod setup;
-pub(crate) mod state;
 mod values;
 
 use std::sync::{Mutex, OnceLock};
@@ -20,13 +19,13 @@ use crate::model::Model;
 use crate::output::series::Series;
 use crate::plan::SceneRequests;
 use crate::points::Points;
+use crate::state::State;
 use crate::workers::{MOST_THREADS, Workers};
 pub use balance::{Energy, Health, Memory, PointReport};
 pub(crate) use drive::stopped;
 pub use drive::{Progress, Stepping};
 pub use fields::Field;
 use setup::{BondRequest, Built};
-use state::State;
 
 /// How much a message to the host's log matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

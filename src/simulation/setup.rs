@@ -193,16 +193,26 @@ impl Simulation {
         }
         self.close_ledger()?;
         let before = self.strain_energy_density()?;
+        if let Some(place) = before.iter().position(|energy| !energy.is_finite()) {
+            return Err(Error::Numeric(format!(
+                "the strain energy of point {} is not finite, so that breaking its bonds cannot be \
+                 accounted for; set another displacement first",
+                self.points.order().host[place]
+            )));
+        }
         let mut after = memory::filled(0.0, before.len(), "strain energy")?;
         let Self { state, built, points, .. } = self;
         let Some(built) = built.get_mut() else { return Ok(()) };
-        built.carry_out(&request, &points.order().centre)?;
+        let warning = built.carry_out(&request, &points.order().centre)?;
         built.stable_step = None;
         state.force_fresh = false;
-        // What the bonds held is dissipated.
+        // What the bonds held is dissipated; what the host adds by raising an integrity is given.
         built.strain_energy_density(&state.current.displacement, &mut after);
         for (point, dissipated) in built.dissipated[0].iter_mut().enumerate() {
-            *dissipated += before[point] - after[point];
+            *dissipated += (before[point] - after[point]).max(0.0);
+        }
+        if let Some(text) = warning {
+            self.tell(LogLevel::Warning, &text);
         }
         Ok(())
     }
@@ -216,11 +226,13 @@ impl Simulation {
         if let Some(built) = self.built.get() {
             return Ok(built);
         }
-        let built = self.build()?;
+        let (built, warnings) = self.build()?;
         let built = self.built.get_or_init(|| built);
-        // The host's log may look at the simulation, which must not wait for itself.
+        // A log that calls back against its contract must not wait for itself.
         drop(building);
-        self.warn_of_isolated(built);
+        for text in warnings {
+            self.tell(LogLevel::Warning, &text);
+        }
         Ok(built)
     }
 
@@ -230,7 +242,8 @@ impl Simulation {
         self.built.get_mut().ok_or_else(|| Error::Internal("set-up was lost".into()))
     }
 
-    fn build(&self) -> Result<Built> {
+    /// Builds what set-up leads to; also gives what the host should be told of it.
+    fn build(&self) -> Result<(Built, Vec<String>)> {
         let workers = self.start_workers(self.threads)?;
         let requests = &self.scene_requests;
         let plan = Plan::new(&workers, &self.points, &self.models, &self.model_of, requests)?;
@@ -250,27 +263,21 @@ impl Simulation {
             plan,
             bonds,
         };
-        for request in &self.bond_requests {
-            built.carry_out(request, &self.points.order().centre)?;
+        let mut warnings = Vec::new();
+        if let Some(text) = isolated_points(&built.plan) {
+            memory::push(&mut warnings, text, "messages")?;
         }
-        Ok(built)
+        for request in &self.bond_requests {
+            if let Some(text) = built.carry_out(request, &self.points.order().centre)? {
+                memory::push(&mut warnings, text, "messages")?;
+            }
+        }
+        Ok((built, warnings))
     }
 
     /// Threads for this body: no more than there are blocks of points to share out.
     pub(super) fn start_workers(&self, threads: usize) -> Result<Workers> {
         Workers::new(threads.min(block_count(self.points.count())))
-    }
-
-    fn warn_of_isolated(&self, built: &Built) {
-        let isolated = (0..built.plan.count())
-            .filter(|&point| built.plan.families.blocks(point).is_empty())
-            .count();
-        if isolated > 0 {
-            self.tell(
-                LogLevel::Warning,
-                &format!("{isolated} points have no neighbour within the horizon; they fly free"),
-            );
-        }
     }
 }
 
@@ -281,16 +288,28 @@ impl Built {
         self.plan.formulation.strain_energy_density(&scene, density);
     }
 
-    /// Changes bonds as the host asked; a failure comes before any change.
-    fn carry_out(&mut self, request: &BondRequest, centre: &[f64; 3]) -> Result<()> {
+    /// Changes bonds as the host asked; a failure comes before any change. Gives what the host should be
+    /// told of a request that met no bond.
+    fn carry_out(&mut self, request: &BondRequest, centre: &[f64; 3]) -> Result<Option<String>> {
         let Self { plan, bonds, .. } = self;
         match request {
             BondRequest::Break(pairs) => {
-                for_each_end(plan, pairs, |_, slot| bonds.break_bond(slot));
+                let met = for_each_end(plan, pairs, |_, slot| bonds.break_bond(slot));
+                Ok(missed("break_bonds", pairs.len(), met))
             }
             BondRequest::Cross(crack) => {
-                let cut = |_, _, slot| bonds.break_bond(slot);
-                crack.for_each_crossing(&plan.families, &plan.places, centre, plan.spacing, cut);
+                let mut met = 0;
+                let cut = |_, _, slot| {
+                    bonds.break_bond(slot);
+                    met += 1;
+                };
+                let tolerance = plan.crack_tolerance;
+                crack.for_each_crossing(&plan.families, &plan.places, centre, tolerance, cut);
+                Ok((met == 0).then(|| {
+                    "break_crossing: no bond crosses the crack; are its vertices in the units of the \
+                     points?"
+                        .to_owned()
+                }))
             }
             BondRequest::Weaken(pairs, values) => {
                 if values.iter().any(|&value| value != 0.0 && value != 1.0)
@@ -298,24 +317,38 @@ impl Built {
                 {
                     bonds.grade()?;
                 }
-                for_each_end(plan, pairs, |number, slot| {
+                let met = for_each_end(plan, pairs, |number, slot| {
                     if bonds.is_intact(slot) {
                         bonds.weaken(slot, values[number]);
                     }
                 });
+                Ok(missed("set_bond_integrity", pairs.len(), met))
             }
         }
-        Ok(())
     }
 }
 
-/// Calls `visit` with the number of a pair and the place of its bond, from both ends.
-fn for_each_end(plan: &Plan, pairs: &[[u32; 2]], mut visit: impl FnMut(usize, usize)) {
+fn missed(call: &str, pairs: usize, met: usize) -> Option<String> {
+    (met < pairs)
+        .then(|| format!("{call}: {} of {pairs} pairs have no bond between them", pairs - met))
+}
+
+fn isolated_points(plan: &Plan) -> Option<String> {
+    let alone = |&point: &usize| plan.families.blocks(point).is_empty();
+    let isolated = (0..plan.count()).filter(alone).count();
+    (isolated > 0)
+        .then(|| format!("{isolated} points have no neighbour within the horizon; they fly free"))
+}
+
+/// Calls `visit` with the number of a pair and the place of its bond, from both ends. Gives the number
+/// of pairs that have a bond.
+fn for_each_end(plan: &Plan, pairs: &[[u32; 2]], mut visit: impl FnMut(usize, usize)) -> usize {
+    let mut met = 0;
     for (number, &[from, to]) in pairs.iter().enumerate() {
-        for (from, to) in [(from, to), (to, from)] {
-            if let Some(slot) = plan.families.slot(from as usize, to as usize) {
-                visit(number, slot);
-            }
-        }
+        let [from, to] = [from as usize, to as usize];
+        let ends = [plan.families.slot(from, to), plan.families.slot(to, from)];
+        met += usize::from(ends[0].is_some());
+        ends.into_iter().flatten().for_each(|slot| visit(number, slot));
     }
+    met
 }

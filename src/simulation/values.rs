@@ -4,11 +4,11 @@ use std::borrow::Cow;
 
 use super::fields::PURPOSE;
 use super::setup::Built;
-use super::state::State;
 use super::{Field, Simulation};
 use crate::damage::point_damage;
 use crate::error::{Error, Result, state};
 use crate::memory;
+use crate::state::State;
 
 impl Simulation {
     /// A field in the inner order.
@@ -155,12 +155,10 @@ impl Simulation {
                 )));
             }
         }
-        let current = &mut self.state.current;
         if field == Field::Displacement {
-            self.state.force_fresh = false;
-            return Ok(&mut current.displacement);
+            return Ok(self.state.displacement_mut());
         }
-        Ok(&mut current.velocity)
+        Ok(&mut self.state.current.velocity)
     }
 
     /// Checks what the host has written to a field that was lent.

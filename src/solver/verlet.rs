@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::conditions::{Conditions, Quantity};
 use crate::damage::{BondState, Breaking};
 use crate::plan::Plan;
-use crate::simulation::state::{Kinematics, State};
+use crate::state::{Kinematics, State};
 use crate::workers::{PerBlock, PerPoint, Workers};
 
 /// All that one step reads and writes. Nothing of `current` changes.
@@ -36,7 +36,7 @@ impl VerletStep<'_> {
         self.predict();
         self.force()?;
         let work = self.correct()?;
-        Ok(work + self.constrain())
+        Ok(work + self.constrain()?)
     }
 
     fn dimension(&self) -> usize {
@@ -78,7 +78,8 @@ impl VerletStep<'_> {
             Some(rule) => {
                 self.next_dissipated.copy_from_slice(self.dissipated);
                 let (intact, dissipated) = (&mut *self.next_intact, &mut *self.next_dissipated);
-                Some(Breaking { rule, intact, dissipated })
+                let before = Some(&*self.current.displacement);
+                Some(Breaking { rule, intact, dissipated, before })
             }
             None => None,
         };
@@ -131,10 +132,10 @@ impl VerletStep<'_> {
 
     /// Puts constrained components right; gives the work of the constraints: that of the reactions
     /// R = -V (b + b_ext), and the kinetic energy that the constraint sets.
-    fn constrain(&mut self) -> f64 {
+    fn constrain(&mut self) -> Result<f64, usize> {
         let (dimension, host, plan) = (self.dimension(), self.host_load, self.plan);
         let (current, next) = (self.current, &mut *self.next);
-        let mut work = 0.0;
+        let (mut work, mut bad) = (0.0, None);
         self.conditions.for_each_ruled(dimension, |ruled| {
             let component = ruled.component;
             let point = component / dimension;
@@ -151,7 +152,10 @@ impl VerletStep<'_> {
             work -= 0.5 * volume * (acting(current) + acting(next)) * moved;
             let (before, after) = (current.velocity[component], next.velocity[component]);
             work += 0.5 * plan.density.at(point) * volume * (after * after - before * before);
+            if !(work.is_finite() && after.is_finite()) {
+                bad.get_or_insert(point);
+            }
         });
-        work
+        bad.map_or(Ok(work), Err)
     }
 }

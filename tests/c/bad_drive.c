@@ -93,9 +93,9 @@ static void structs_know_their_size(perion_simulation *simulation)
     REFUSE(NULLED, "health", perion_simulation_health(simulation, NULL));
     REFUSE(NULLED, "memory", perion_simulation_memory(simulation, NULL));
     REFUSE(ARGUMENT, "energy", perion_simulation_energy(simulation, MISALIGNED(perion_energy)));
-    perion_energy_init(&energy);
-    perion_health_init(&health);
-    perion_memory_init(&memory);
+    perion_energy_init(&energy, sizeof(perion_energy));
+    perion_health_init(&health, sizeof(perion_health));
+    perion_memory_init(&memory, sizeof(perion_memory));
     REFUSE(NULLED, "simulation", perion_simulation_energy(NULL, &energy));
     REFUSE(NULLED, "simulation", perion_simulation_health(NULL, &health));
     REFUSE(NULLED, "simulation", perion_simulation_memory(NULL, &memory));
@@ -175,7 +175,7 @@ static void a_run_that_leaves_the_numbers_can_be_put_right(void)
     perion_energy energy;
     scene_state state;
 
-    perion_energy_init(&energy);
+    perion_energy_init(&energy, sizeof(perion_energy));
     EXPECT_OK(perion_simulation_get(simulation, PERION_FIELD_VELOCITY, velocity, SCENE_LENGTH));
     EXPECT_OK(perion_simulation_get(simulation, PERION_FIELD_DISPLACEMENT, displacement, SCENE_LENGTH));
     for (int k = 0; k < 3; ++k) {

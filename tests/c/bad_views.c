@@ -98,7 +98,7 @@ static void what_is_lent_does_not_change(perion_simulation *simulation, int writ
     perion_view view;
     scene_state state;
 
-    perion_view_init(&view);
+    perion_view_init(&view, sizeof(perion_view));
     EXPECT_OK(perion_simulation_evaluate(simulation));
     if (writable)
         EXPECT_OK(perion_simulation_borrow(simulation, PERION_FIELD_BODY_FORCE, &view));
@@ -118,8 +118,8 @@ static void views_are_returned_once(perion_simulation *simulation)
     perion_view view, copy, other;
     scene_state state;
 
-    perion_view_init(&view);
-    perion_view_init(&other);
+    perion_view_init(&view, sizeof(perion_view));
+    perion_view_init(&other, sizeof(perion_view));
     EXPECT_REFUSED(ARGUMENT, "view", perion_simulation_return(simulation, &view));
     EXPECT_OK(perion_simulation_borrow(simulation, PERION_FIELD_VELOCITY, &view));
     EXPECT_OK(perion_simulation_borrow_const(simulation, PERION_FIELD_VELOCITY, &other));
@@ -143,8 +143,8 @@ static void views_go_back_to_where_they_came_from(void)
     perion_simulation *one = scene_simulation(), *other = scene_simulation();
     perion_view of_one, of_other;
 
-    perion_view_init(&of_one);
-    perion_view_init(&of_other);
+    perion_view_init(&of_one, sizeof(perion_view));
+    perion_view_init(&of_other, sizeof(perion_view));
     EXPECT_OK(perion_simulation_borrow(one, PERION_FIELD_VELOCITY, &of_one));
     EXPECT_OK(perion_simulation_borrow(other, PERION_FIELD_VELOCITY, &of_other));
     EXPECT_REFUSED(ARGUMENT, "view", perion_simulation_return(other, &of_one));
@@ -163,7 +163,7 @@ static void what_is_returned_is_finite(perion_simulation *simulation)
     static const double bad[] = {NAN, INFINITY, -INFINITY};
     perion_view view;
 
-    perion_view_init(&view);
+    perion_view_init(&view, sizeof(perion_view));
     for (int field = 0; field < 3; ++field) {
         for (int k = 0; k < 3; ++k) {
             double *place, kept;

@@ -224,21 +224,21 @@ static perion_status step_count(perion_simulation *simulation)
 static perion_status energy(perion_simulation *simulation)
 {
     perion_energy energy;
-    perion_energy_init(&energy);
+    perion_energy_init(&energy, sizeof(perion_energy));
     return perion_simulation_energy(simulation, &energy);
 }
 
 static perion_status health(perion_simulation *simulation)
 {
     perion_health health;
-    perion_health_init(&health);
+    perion_health_init(&health, sizeof(perion_health));
     return perion_simulation_health(simulation, &health);
 }
 
 static perion_status memory(perion_simulation *simulation)
 {
     perion_memory memory;
-    perion_memory_init(&memory);
+    perion_memory_init(&memory, sizeof(perion_memory));
     return perion_simulation_memory(simulation, &memory);
 }
 

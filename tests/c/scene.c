@@ -126,7 +126,7 @@ static void append_clock(scene_state *state, const perion_simulation *simulation
     int64_t steps = 0;
     perion_memory memory;
 
-    perion_memory_init(&memory);
+    perion_memory_init(&memory, sizeof(perion_memory));
     EXPECT_OK(perion_simulation_time(simulation, &time));
     EXPECT_OK(perion_simulation_step_count(simulation, &steps));
     EXPECT_OK(perion_simulation_memory(simulation, &memory));
@@ -153,8 +153,8 @@ scene_state scene_state_of(const perion_simulation *simulation)
     perion_energy energy;
     perion_health health;
 
-    perion_energy_init(&energy);
-    perion_health_init(&health);
+    perion_energy_init(&energy, sizeof(perion_energy));
+    perion_health_init(&health, sizeof(perion_health));
     for (int k = 0; k < SCENE_FIELDS; ++k)
         append_field(&state, simulation, scene_fields[k]);
     append_bonds(&state, simulation);

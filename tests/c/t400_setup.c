@@ -36,7 +36,7 @@ static int64_t broken_after_pull(void (*prepare)(perion_simulation *))
     perion_simulation *simulation = scene_simulation();
     perion_health health;
 
-    perion_health_init(&health);
+    perion_health_init(&health, sizeof(perion_health));
     prepare(simulation);
     scene_throw(simulation);
     EXPECT_OK(perion_simulation_step(simulation, scene_time_step, 20));

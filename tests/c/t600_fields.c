@@ -103,7 +103,7 @@ static void a_view_is_the_librarys_own_memory(void)
     perion_view view;
     perion_simulation *simulation = scene_simulation();
 
-    perion_view_init(&view);
+    perion_view_init(&view, sizeof(perion_view));
     EXPECT_INT(view.struct_size, sizeof view);
     EXPECT(view.data == NULL && view.generation == 0);
     EXPECT_OK(perion_simulation_borrow(simulation, PERION_FIELD_DISPLACEMENT, &view));
@@ -134,7 +134,7 @@ static void a_view_does_what_set_does(void)
     perion_simulation *one = scene_simulation(), *other = scene_simulation();
     scene_state result;
 
-    perion_view_init(&view);
+    perion_view_init(&view, sizeof(perion_view));
     fill_with_places(values, 0.00048828125);
     EXPECT_OK(perion_simulation_set(one, PERION_FIELD_BODY_FORCE, values, SCENE_LENGTH));
     EXPECT_OK(perion_simulation_borrow(other, PERION_FIELD_BODY_FORCE, &view));
@@ -155,8 +155,8 @@ static void two_fields_can_be_lent_at_once(void)
     perion_view place, speed;
     perion_simulation *simulation = scene_simulation();
 
-    perion_view_init(&place);
-    perion_view_init(&speed);
+    perion_view_init(&place, sizeof(perion_view));
+    perion_view_init(&speed, sizeof(perion_view));
     EXPECT_OK(perion_simulation_borrow(simulation, PERION_FIELD_DISPLACEMENT, &place));
     EXPECT_OK(perion_simulation_borrow(simulation, PERION_FIELD_VELOCITY, &speed));
     EXPECT(place.data != speed.data && place.generation != speed.generation);

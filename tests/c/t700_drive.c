@@ -91,7 +91,7 @@ static void a_step_beyond_the_stable_one_is_warned_of(void)
     perion_health health;
     double stable = 0.0;
 
-    perion_health_init(&health);
+    perion_health_init(&health, sizeof(perion_health));
     EXPECT_OK(perion_simulation_set_log(simulation, note, &notes));
     EXPECT_OK(perion_simulation_stable_time_step(simulation, &stable));
     EXPECT(stable > scene_time_step);
@@ -152,9 +152,9 @@ static void energy_is_accounted_for(void)
     perion_energy start, end;
     perion_health health;
 
-    perion_energy_init(&start);
-    perion_energy_init(&end);
-    perion_health_init(&health);
+    perion_energy_init(&start, sizeof(perion_energy));
+    perion_energy_init(&end, sizeof(perion_energy));
+    perion_health_init(&health, sizeof(perion_health));
     scene_throw(simulation);
     EXPECT_OK(perion_simulation_energy(simulation, &start));
     EXPECT(start.kinetic > 0.0);
@@ -176,8 +176,8 @@ static void memory_grows_when_set_up_ends(void)
     perion_simulation *simulation = scene_simulation();
     perion_memory before, after;
 
-    perion_memory_init(&before);
-    perion_memory_init(&after);
+    perion_memory_init(&before, sizeof(perion_memory));
+    perion_memory_init(&after, sizeof(perion_memory));
     EXPECT_OK(perion_simulation_memory(simulation, &before));
     EXPECT_INT(before.bonds, 0);
     EXPECT_OK(perion_simulation_evaluate(simulation));
@@ -193,7 +193,7 @@ static void an_older_struct_is_filled_as_far_as_it_goes(void)
     perion_simulation *simulation = scene_simulation();
     perion_energy energy;
 
-    perion_energy_init(&energy);
+    perion_energy_init(&energy, sizeof(perion_energy));
     EXPECT_INT(energy.struct_size, sizeof energy);
     SEAL(energy.dissipated);
     SEAL(energy.external_work);
@@ -204,10 +204,10 @@ static void an_older_struct_is_filled_as_far_as_it_goes(void)
     EXPECT_REAL(energy.elastic, 0.0);
     EXPECT_SEALED(energy.dissipated);
     EXPECT_SEALED(energy.external_work);
-    perion_energy_init(NULL);
-    perion_health_init(NULL);
-    perion_memory_init(NULL);
-    perion_view_init(NULL);
+    perion_energy_init(NULL, sizeof(perion_energy));
+    perion_health_init(NULL, sizeof(perion_health));
+    perion_memory_init(NULL, sizeof(perion_memory));
+    perion_view_init(NULL, sizeof(perion_view));
     EXPECT_OK(perion_simulation_destroy(&simulation));
 }
 

@@ -140,7 +140,7 @@ static int change_and_look_within_a_step(void *user, double time, int64_t count,
     order *given = user;
     perion_view view;
 
-    perion_view_init(&view);
+    perion_view_init(&view, sizeof(perion_view));
     expect_of_all(changing_calls, changing_call_count, given->simulation, PERION_ERROR_STATE);
     expect_of_all(looking_calls, looking_call_count, given->simulation, PERION_ERROR_STATE);
     EXPECT_REFUSED(PERION_ERROR_STATE, "simulation",
@@ -246,7 +246,7 @@ static void a_view_lent_to_a_callback_ends_the_run(void)
     perion_simulation *simulation = start(NULL, keep_a_view, &given);
     scene_state wanted = undisturbed(NULL);
 
-    perion_view_init(&kept);
+    perion_view_init(&kept, sizeof(perion_view));
     EXPECT_REFUSED(PERION_ERROR_STATE, "view",
                    perion_simulation_step(simulation, scene_time_step, STEPS));
     EXPECT_INT(steps_made(simulation), STOP);

@@ -54,7 +54,7 @@ int main(void)
     harness_begin();
     alarm(20);
     own.simulation = with_an_isolated_point();
-    perion_health_init(&health);
+    perion_health_init(&health, sizeof(perion_health));
     EXPECT_OK(perion_simulation_set_log(own.simulation, look, &own));
     EXPECT_OK(perion_simulation_health(own.simulation, &health));
     EXPECT_INT(health.isolated_points, 1);

@@ -76,7 +76,7 @@ static void *look_on(void *user)
 
     for (int k = 0; k < ROUNDS; ++k) {
         perion_health health;
-        perion_health_init(&health);
+        perion_health_init(&health, sizeof(perion_health));
         own->wrong += perion_simulation_health(own->simulation, &health) != PERION_OK;
         own->wrong += perion_simulation_get(own->simulation, PERION_FIELD_DAMAGE, values, SCENE_COUNT)
                       != PERION_OK;

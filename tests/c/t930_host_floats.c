@@ -134,10 +134,10 @@ static void look_at_everything(perion_simulation *simulation)
     int64_t count;
     double sum[3];
 
-    perion_energy_init(&energy);
-    perion_health_init(&health);
-    perion_memory_init(&memory);
-    perion_view_init(&view);
+    perion_energy_init(&energy, sizeof(perion_energy));
+    perion_health_init(&health, sizeof(perion_health));
+    perion_memory_init(&memory, sizeof(perion_memory));
+    perion_view_init(&view, sizeof(perion_view));
     for (int k = 0; k < SCENE_FIELDS; ++k) {
         int64_t length = scene_fields[k] <= PERION_FIELD_REACTION ? SCENE_LENGTH : SCENE_COUNT;
         KEEPS(perion_simulation_get(simulation, scene_fields[k], values, length));

@@ -97,7 +97,7 @@ static void families_that_do_not_fit_are_built_later(void)
     int64_t steps = -1;
     perion_energy energy;
 
-    perion_energy_init(&energy);
+    perion_energy_init(&energy, sizeof(perion_energy));
     EXPECT_OK(block(40, &points));
     EXPECT_OK(perion_simulation_create(points, model, &simulation));
     EXPECT_OK(perion_simulation_set_threads(simulation, 2));

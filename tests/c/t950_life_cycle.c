@@ -93,7 +93,7 @@ static void borrow_something(perion_simulation *simulation)
 {
     perion_view view;
 
-    perion_view_init(&view);
+    perion_view_init(&view, sizeof(perion_view));
     EXPECT_OK(perion_simulation_borrow(simulation, PERION_FIELD_BODY_FORCE, &view));
     EXPECT_OK(perion_simulation_return(simulation, &view));
     EXPECT_OK(perion_simulation_borrow_const(simulation, PERION_FIELD_VELOCITY, &view));

@@ -28,7 +28,7 @@ contains
     call make_plate(simulation, brittle=.true.)
     call pull(simulation)
     call make_steps(simulation, 40)
-    call perion_energy_init(energy)
+    call perion_energy_init(energy, c_sizeof(energy))
     call assert_ok(perion_simulation_energy(simulation, energy))
     call assert_ok(perion_simulation_get(simulation, PERION_FIELD_VELOCITY, velocity, 2 * plate_count))
     call assert_ok(perion_simulation_sum(simulation, PERION_FIELD_STRAIN_ENERGY_DENSITY, &
@@ -56,7 +56,7 @@ contains
 
     simulation = c_null_ptr
     call make_plate(simulation, brittle=.false.)
-    call perion_health_init(health)
+    call perion_health_init(health, c_sizeof(health))
     call assert_ok(perion_simulation_health(simulation, health))
     call assert_ok(perion_simulation_bond_count(simulation, bonds))
     call assert(health%bonds == bonds .and. health%broken_bonds == 0, 'the bonds differ')
@@ -86,7 +86,7 @@ contains
 
     simulation = c_null_ptr
     call make_plate(simulation, brittle=.true.)
-    call perion_memory_init(memory)
+    call perion_memory_init(memory, c_sizeof(memory))
     call assert_ok(perion_simulation_memory(simulation, memory))
     call assert(memory%bonds == 0, 'there are bonds before set-up has ended')
     call assert_ok(perion_simulation_evaluate(simulation))
@@ -102,9 +102,9 @@ contains
     type(perion_memory) :: memory
     type(c_ptr) :: simulation
 
-    call perion_energy_init(energy)
-    call perion_health_init(health)
-    call perion_memory_init(memory)
+    call perion_energy_init(energy, c_sizeof(energy))
+    call perion_health_init(health, c_sizeof(health))
+    call perion_memory_init(memory, c_sizeof(memory))
     call assert(energy%struct_size == c_sizeof(energy), 'the size of perion_energy differs')
     call assert(health%struct_size == c_sizeof(health), 'the size of perion_health differs')
     call assert(memory%struct_size == c_sizeof(memory), 'the size of perion_memory differs')

@@ -231,7 +231,7 @@ contains
     call assert_ok(perion_simulation_step(simulation, 1.5_c_double * stable, 1_c_int64_t))
     call assert(host%calls == 1 .and. host%level == PERION_LOG_LEVEL_WARNING, 'no warning has come')
     call assert(index(host%message, '1.500 times') > 0, 'the message is: ' // host%message)
-    call perion_health_init(health)
+    call perion_health_init(health, c_sizeof(health))
     call assert_ok(perion_simulation_health(simulation, health))
     call assert(close_to(health%time_step_ratio, 1.5_c_double, 1e-15_c_double), &
         'health has another ratio')

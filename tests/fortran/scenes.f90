@@ -89,7 +89,7 @@ contains
     integer(c_int64_t) :: broken_bonds
     type(perion_health) :: health
 
-    call perion_health_init(health)
+    call perion_health_init(health, c_sizeof(health))
     call assert_ok(perion_simulation_health(simulation, health))
     broken_bonds = health%broken_bonds
   end function broken_bonds

@@ -49,7 +49,7 @@ contains
 
     simulation = c_null_ptr
     call make_plate(simulation, brittle=.false.)
-    call perion_view_init(view)
+    call perion_view_init(view, c_sizeof(view))
     call assert(view%struct_size == c_sizeof(view), 'the size of perion_view differs')
     call assert_ok(perion_simulation_borrow(simulation, PERION_FIELD_VELOCITY, view))
     call assert(view%count == plate_count .and. view%components == 2, 'the shape differs')
@@ -80,7 +80,7 @@ contains
     call make_plate(simulation, brittle=.true.)
     call pull(simulation)
     call make_steps(simulation, 40)
-    call perion_view_init(view)
+    call perion_view_init(view, c_sizeof(view))
     call assert_ok(perion_simulation_borrow_const(simulation, PERION_FIELD_INTERNAL_FORCE, view))
     call open_view(view, data, place)
     ! Const calls may be made meanwhile.
@@ -102,7 +102,7 @@ contains
 
     simulation = c_null_ptr
     call make_plate(simulation, brittle=.false.)
-    call perion_view_init(view)
+    call perion_view_init(view, c_sizeof(view))
     call assert_ok(perion_simulation_borrow(simulation, PERION_FIELD_DISPLACEMENT, view))
     call assert_refused(perion_simulation_step(simulation, 0.1_c_double, 1_c_int64_t), &
         PERION_ERROR_STATE, 'perion_simulation_return')
@@ -122,7 +122,7 @@ contains
 
     simulation = c_null_ptr
     call make_plate(simulation, brittle=.false.)
-    call perion_view_init(view)
+    call perion_view_init(view, c_sizeof(view))
     call assert_ok(perion_simulation_borrow(simulation, PERION_FIELD_VELOCITY, view))
     call open_view(view, data, place)
     data(place(101)) = transfer(int(z'7ff0000000000000', c_int64_t), 0.0_c_double)
@@ -142,7 +142,7 @@ contains
     view%struct_size = 0
     call assert_refused(perion_simulation_borrow(simulation, PERION_FIELD_VELOCITY, view), &
         PERION_ERROR_ARGUMENT, 'struct_size')
-    call perion_view_init(view)
+    call perion_view_init(view, c_sizeof(view))
     call assert_refused(perion_simulation_borrow(simulation, PERION_FIELD_DAMAGE, view), &
         PERION_ERROR_UNSUPPORTED, 'damage')
     call assert_refused(perion_simulation_borrow_const(simulation, PERION_FIELD_DAMAGE, view), &

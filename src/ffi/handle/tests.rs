@@ -199,16 +199,30 @@ fn a_callback_of_a_session_can_read_and_cannot_write() {
 }
 
 #[test]
-fn a_session_refuses_to_go_on_while_a_reader_from_a_callback_is_still_in() {
+fn a_session_waits_for_readers_that_came_in_during_a_callback() {
     let plate = Host::new(0);
     let mut session = plate.session();
+    let (entered, wait) = channel();
+    let read = move || {
+        let Host(pointer) = { plate };
+        let slow = |count: &Count| {
+            entered.send(()).unwrap();
+            thread::sleep(std::time::Duration::from_millis(50));
+            Ok(count.0)
+        };
+        // SAFETY: live.
+        unsafe { shared::<Plate, _>(pointer, slow) }.unwrap()
+    };
     let mut reader = None;
-    // SAFETY: live.
-    let enter = || reader = Some(unsafe { Session::read(plate.0) }.unwrap());
-    assert_eq!(refusal(session.while_shared(enter)), BUSY);
-    assert_eq!(refusal(session.with_mut(|_| Ok(()))), BUSY);
-    drop(reader);
-    session.with_mut(|_| Ok(())).unwrap();
+    let callback = || {
+        reader = Some(thread::spawn(read));
+        wait.recv().unwrap();
+    };
+    session.while_shared(callback).unwrap();
+    assert_eq!(refusal(plate.get()), BUSY, "no reader is in, and none is let in");
+    session.with_mut(|count| Ok(count.0 = 7)).unwrap();
     drop(session);
+    assert_eq!(reader.unwrap().join().unwrap(), 0);
+    assert_eq!(plate.get().unwrap(), 7);
     plate.destroy().unwrap();
 }

@@ -21,8 +21,9 @@ pub struct perion_energy {
     pub dissipated: f64,
     /// work of body forces, and of what holds prescribed points
     pub external_work: f64,
-    /// kinetic + elastic + dissipated that neither external work nor the start accounts for; above 0:
-    /// energy came out of nothing
+    /// kinetic + elastic + dissipated that neither external work nor the start accounts for. Velocity
+    /// Verlet lets it swing by about (omega dt)^2/8 of the energy; growing above that, energy comes out of
+    /// nothing. Steps that the host commits itself are not in it: their work is not known
     pub closure_error: f64,
 }
 
@@ -47,6 +48,9 @@ pub struct perion_health {
     pub broken_bonds: i64,
     /// last time step over the stable one; 0 before the first step
     pub time_step_ratio: f64,
+    /// smallest stretch of a bond that is not broken, 0 when none is compressed; below about -0.3 bonds
+    /// are on their way to collapse, and the stable step promises nothing
+    pub smallest_stretch: f64,
 }
 
 /// Heap bytes that a simulation holds. Let perion_memory_init set struct_size.
@@ -73,28 +77,31 @@ unsafe impl Sized64 for perion_health {}
 // SAFETY: as above.
 unsafe impl Sized64 for perion_memory {}
 
-/// Clears the struct and sets its size. Since 0.1.
+/// Clears the struct and sets its struct_size; struct_size: sizeof(perion_energy) as the host was
+/// compiled, so that it works with later libraries too. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn perion_energy_init(energy: *mut perion_energy) {
+pub unsafe extern "C" fn perion_energy_init(energy: *mut perion_energy, struct_size: i64) {
     // SAFETY: the header's contract.
-    unsafe { sized::init(energy) }
+    unsafe { sized::init(energy, struct_size) }
 }
 
-/// Clears the struct and sets its size. Since 0.1.
+/// Clears the struct and sets its struct_size; struct_size: sizeof(perion_health) as the host was
+/// compiled, so that it works with later libraries too. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn perion_health_init(health: *mut perion_health) {
+pub unsafe extern "C" fn perion_health_init(health: *mut perion_health, struct_size: i64) {
     // SAFETY: the header's contract.
-    unsafe { sized::init(health) }
+    unsafe { sized::init(health, struct_size) }
 }
 
-/// Clears the struct and sets its size. Since 0.1.
+/// Clears the struct and sets its struct_size; struct_size: sizeof(perion_memory) as the host was
+/// compiled, so that it works with later libraries too. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn perion_memory_init(memory: *mut perion_memory) {
+pub unsafe extern "C" fn perion_memory_init(memory: *mut perion_memory, struct_size: i64) {
     // SAFETY: the header's contract.
-    unsafe { sized::init(memory) }
+    unsafe { sized::init(memory, struct_size) }
 }
 
-/// The energy balance; costs a sweep over the bonds.
+/// The energy balance; costs a sweep over the bonds. Ends set-up.
 ///
 /// ERROR_ARGUMENT: struct_size not set. ERROR_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
@@ -120,7 +127,8 @@ pub unsafe extern "C" fn perion_simulation_energy(
     })
 }
 
-/// What to look at before trusting a result: isolated and detached points, broken bonds, time step.
+/// What to look at before trusting a result: isolated and detached points, broken bonds, time step,
+/// compressed bonds. Costs a sweep over the bonds; ends set-up.
 ///
 /// ERROR_ARGUMENT: struct_size not set, the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
@@ -143,6 +151,7 @@ pub unsafe extern "C" fn perion_simulation_health(
                 bonds: known.bonds as i64,
                 broken_bonds: known.broken_bonds as i64,
                 time_step_ratio: known.time_step_ratio,
+                smallest_stretch: known.smallest_stretch,
             };
             sized::write(health, &value, "health")
         }

@@ -26,7 +26,8 @@ unsafe fn read_pairs(pairs: *const i64, count: i64) -> Result<Vec<[usize; 2]>, F
 }
 
 /// Breaks the bonds of `count` pairs of points for good; pairs: [count][2] indices from 0. Pairs
-/// without a bond are passed over. Allowed at any time; what the bonds held is dissipated.
+/// without a bond are passed over, and told to the log. Allowed at any time; what the bonds held is
+/// dissipated.
 ///
 /// ERROR_ARGUMENT: an index out of range, a point paired with itself. Since 0.1.
 #[unsafe(no_mangle)]
@@ -46,8 +47,10 @@ pub unsafe extern "C" fn perion_simulation_break_bonds(
 
 /// Breaks every bond that crosses a planar polygon (3D, at least 3 vertices) or a segment (2D, 2
 /// vertices) for good. vertices: [vertex_count][dimension] lengths in the reference configuration.
-/// Points within 1e-9 spacings of the plane belong to its positive side; the rim belongs to the crack;
-/// bonds within the plane stay.
+/// Points within 1e-9 spacings of the plane (or what the rounding of large coordinates amounts to) belong
+/// to its positive side: where the vertices are seen to run counter-clockwise, in 2D to the left of the
+/// segment. The rim belongs to the crack; bonds within the plane stay. A crack that no bond crosses is
+/// told to the log.
 ///
 /// ERROR_ARGUMENT: too few or too many vertices, ones not finite or not in a plane, no extent. Since 0.1.
 #[unsafe(no_mangle)]
@@ -73,7 +76,8 @@ pub unsafe extern "C" fn perion_simulation_break_crossing(
 }
 
 /// Sets the integrity of the bonds of `count` pairs of points: 1 intact, 0 broken. pairs: [count][2]
-/// indices from 0; values: [count]. A broken bond stays broken; pairs without a bond are passed over.
+/// indices from 0; values: [count]. A broken bond stays broken; pairs without a bond are passed over, and
+/// told to the log. Allowed at any time: what bonds lose is dissipated, what they gain given by the host.
 ///
 /// ERROR_ARGUMENT: an index out of range, a point paired with itself, a value outside 0 to 1. Since 0.1.
 #[unsafe(no_mangle)]
@@ -95,7 +99,7 @@ pub unsafe extern "C" fn perion_simulation_set_bond_integrity(
 
 /// Lists all bonds, broken ones too, each once: pairs [count][2] indices from 0, stretch [count] at the
 /// current displacement, integrity [count] (1 intact, 0 broken). An array that is NULL is left out;
-/// capacity: how many bonds the arrays have room for, 0 to ask for the count alone.
+/// capacity: how many bonds the arrays have room for; call with 0 first, to learn the count alone.
 ///
 /// ERROR_ARGUMENT: capacity below the count and not 0. Since 0.1.
 #[unsafe(no_mangle)]

@@ -71,8 +71,9 @@ pub unsafe extern "C" fn perion_simulation_commit(
     })
 }
 
-/// A time step at which step() is stable whatever bonds break; the true limit may be up to twice as
-/// large. DBL_MAX where no bond acts. Leaves the state as it is.
+/// A time step at which step() is stable whatever bonds break or stretch; the true limit may be up to
+/// twice as large. It promises nothing for bonds pressed to a fraction of their length: see
+/// smallest_stretch of perion_health. DBL_MAX where no bond acts. Leaves the state as it is; ends set-up.
 ///
 /// ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]

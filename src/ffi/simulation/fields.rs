@@ -4,7 +4,9 @@ use std::ffi::c_char;
 
 use super::setup::{change, look, look_back, perion_simulation};
 use crate::error::argument;
-use crate::ffi::arguments::{convert, expect_count, length, slice, slice_mut, text_or_null};
+use crate::ffi::arguments::{
+    convert, expect_count, length, present, slice, slice_mut, text_or_null,
+};
 use crate::ffi::guard::{Failure, guard};
 use crate::ffi::status::perion_status;
 use crate::simulation::{Field, Simulation};
@@ -24,8 +26,8 @@ pub const PERION_FIELD_VELOCITY: perion_field = 4;
 pub const PERION_FIELD_ACCELERATION: perion_field = 5;
 /// Internal force per reference volume; a vector.
 pub const PERION_FIELD_INTERNAL_FORCE: perion_field = 6;
-/// Body force per reference volume, the host's and that of conditions; a vector. Setting it replaces
-/// the host's share, to which that of conditions adds.
+/// Body force per reference volume; a vector. get gives the host's own and that of conditions together,
+/// set replaces the host's own alone: what was got is not what to set.
 pub const PERION_FIELD_BODY_FORCE: perion_field = 7;
 /// Force that holds prescribed components; a vector, 0 elsewhere.
 pub const PERION_FIELD_REACTION: perion_field = 8;
@@ -84,6 +86,12 @@ pub(super) unsafe fn read_fields(
     fields: *const perion_field,
     count: i64,
 ) -> Result<Vec<Field>, Failure> {
+    if count > NUMBERS.len() as i64 {
+        return Ok(argument(format!(
+            "'field_count' is {count}, but there are only {} fields",
+            NUMBERS.len()
+        ))?);
+    }
     // SAFETY: the caller's promise.
     let given = unsafe { slice(fields, count, "fields") }?;
     let mut read = crate::memory::reserved(given.len(), "fields")?;
@@ -109,7 +117,13 @@ fn strided(
     let points = simulation.points();
     let size = points.set_size(set.unwrap_or("all"))?;
     expect_count(count, size, "count")?;
-    length(size, stride, field.components(points.dimension()), "values")
+    let components = field.components(points.dimension());
+    if stride < components {
+        return Ok(argument(format!(
+            "'stride' is {stride}, but a point has {components} numbers of this field"
+        ))?);
+    }
+    length(size, stride, components, "values")
 }
 
 /// Copies a field of all points to the host, point after point in the host's order. length: number of
@@ -131,12 +145,36 @@ pub unsafe extern "C" fn perion_simulation_get(
         unsafe {
             look_back(simulation, |simulation| {
                 let points = simulation.points();
-                let numbers = points.count() * field.components(points.dimension());
-                expect_count(length, numbers, "length")?;
-                Ok(simulation.get_into(field, slice_mut(values, length, "values")?)?)
+                let components = field.components(points.dimension());
+                expect_count(length, points.count() * components, "length")?;
+                copy_out(simulation, None, field, values, components)
             })
         }
     })
+}
+
+/// Copies a field to the host, point by point: what lies between may be another thread's.
+///
+/// # Safety
+/// `values` leads to room for the components of each point of the set, `stride` numbers apart.
+unsafe fn copy_out(
+    simulation: &Simulation,
+    set: Option<&str>,
+    field: Field,
+    values: *mut f64,
+    stride: usize,
+) -> Result<(), Failure> {
+    let first = present(values, "values")?;
+    let mut start = 0;
+    simulation.for_each_value(set, field, |components| {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let place = first.add(start);
+            std::ptr::copy_nonoverlapping(components.as_ptr(), place, components.len());
+        }
+        start += stride;
+    })?;
+    Ok(())
 }
 
 /// Sets DISPLACEMENT, POSITION, VELOCITY or the host's BODY_FORCE of all points, point after point in the
@@ -186,9 +224,8 @@ pub unsafe extern "C" fn perion_simulation_get_strided(
         unsafe {
             let set = text_or_null(set_or_null, "set")?;
             look_back(simulation, |simulation| {
-                let numbers = strided(simulation, set, field, count, stride)?;
-                let values = slice_mut(values, numbers, "values")?;
-                Ok(simulation.get_strided(set, field, values, stride)?)
+                strided(simulation, set, field, count, stride)?;
+                copy_out(simulation, set, field, values, stride)
             })
         }
     })

@@ -86,6 +86,10 @@ pub(super) unsafe fn look_back<R>(
 
 /// Brings points and a model together; both are copied and can be destroyed or used again.
 ///
+/// What follows is set-up, until the first call that needs the bonds: evaluate, commit, step,
+/// stable_time_step, energy, health, bond_count, get_bonds, write_vtk, write_series, or a get of anything
+/// but positions, displacement, velocity and body force. Only then a horizon that reaches no neighbour is found.
+///
 /// ERROR_ARGUMENT: the model lacks density, horizon or an elastic constant, or holds what does not fit
 /// together or to the dimension. ERROR_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
@@ -110,8 +114,7 @@ pub unsafe extern "C" fn perion_simulation_create(
 }
 
 /// Gives the points of a set another material. All models of a simulation share the formulation and,
-/// in 2D, the plane state. Belongs to set-up: before the first evaluate, step, stable_time_step or
-/// derived field.
+/// in 2D, the plane state. Belongs to set-up (see perion_simulation_create).
 ///
 /// ERROR_ARGUMENT: unknown set, or a model that could not stand alone. ERROR_UNSUPPORTED: another
 /// formulation or plane state. ERROR_STATE: set-up has ended. Since 0.1.
@@ -133,7 +136,7 @@ pub unsafe extern "C" fn perion_simulation_assign_model(
 }
 
 /// Gives the bonds between two sets a critical energy release rate of their own (energy per area).
-/// Belongs to set-up.
+/// Belongs to set-up (see perion_simulation_create).
 ///
 /// ERROR_ARGUMENT: unknown set, a rate that is not positive. ERROR_STATE: set-up has ended. Since 0.1.
 #[unsafe(no_mangle)]
@@ -188,7 +191,7 @@ pub unsafe extern "C" fn perion_simulation_set_threads(
 }
 
 /// Frees a simulation, ends its threads and sets the pointer to NULL; NULL, or the address of NULL, is
-/// fine. ERROR_STATE: another call is using it, such as the one whose callback this is. Since 0.1.
+/// fine. Views that are still borrowed end with it. ERROR_STATE: another call is using it, such as the one whose callback this is. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn perion_simulation_destroy(
     simulation: *mut *mut perion_simulation,

@@ -120,11 +120,12 @@ impl Loans {
     }
 }
 
-/// Clears the struct and sets its size. Since 0.1.
+/// Clears the struct and sets its struct_size; struct_size: sizeof(perion_view) as the host was
+/// compiled, so that it works with later libraries too. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn perion_view_init(view: *mut perion_view) {
+pub unsafe extern "C" fn perion_view_init(view: *mut perion_view, struct_size: i64) {
     // SAFETY: the header's contract.
-    unsafe { sized::init(view) }
+    unsafe { sized::init(view, struct_size) }
 }
 
 /// Lends the host DISPLACEMENT, VELOCITY or its own BODY_FORCE to read and write. Until all views are

@@ -26,6 +26,9 @@ pub(crate) struct State {
     pub(crate) host_load: Option<Vec<f64>>,
     pub(crate) time: f64,
     pub(crate) steps: u64,
+    /// Forces have been computed at the current displacement; else the one at which they were last is kept
+    /// in `next`.
+    pub(crate) pulled: bool,
     /// The current force belongs to the current displacement and bonds.
     pub(crate) force_fresh: bool,
     /// The current load and acceleration belong to the current force, time and conditions.
@@ -77,11 +80,23 @@ impl State {
             host_load: None,
             time: 0.0,
             steps: 0,
+            pulled: true,
             force_fresh: false,
             loads_fresh: false,
             ledger: Ledger::default(),
             time_step_ratio: 0.0,
         })
+    }
+
+    /// The current displacement, for the host to change; the one at which bonds have last pulled is kept
+    /// aside.
+    pub(crate) fn displacement_mut(&mut self) -> &mut Vec<f64> {
+        let Kinematics { displacement, .. } = &mut self.current;
+        if std::mem::replace(&mut self.pulled, false) {
+            self.next.displacement.copy_from_slice(displacement);
+        }
+        self.force_fresh = false;
+        displacement
     }
 
     /// Body forces of conditions need room, which most scenes do without.
