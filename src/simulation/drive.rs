@@ -114,7 +114,8 @@ impl Simulation {
             let [now, next] = dissipated;
             next.copy_from_slice(now);
             let scene = plan.scene(workers, bonds, &state.current.displacement);
-            let breaking = Breaking { rule, intact: next_intact, dissipated: next, before: None };
+            let before = (!state.pulled).then_some(&*state.next.displacement);
+            let breaking = Breaking { rule, intact: next_intact, dissipated: next, before };
             let force = &mut state.next.force;
             if let Some(point) = plan.formulation.force(&scene, force, Some(breaking)) {
                 return Err(not_finite("force", points.order().host[point], state.time));

@@ -220,7 +220,7 @@ fn a_session_waits_for_readers_that_came_in_during_a_callback() {
     };
     session.while_shared(callback).unwrap();
     assert_eq!(refusal(plate.get()), BUSY, "no reader is in, and none is let in");
-    session.with_mut(|count| Ok(count.0 = 7)).unwrap();
+    session.with_mut(|count| Ok(std::mem::replace(&mut count.0, 7))).unwrap();
     drop(session);
     assert_eq!(reader.unwrap().join().unwrap(), 0);
     assert_eq!(plate.get().unwrap(), 7);
