@@ -63,7 +63,7 @@ fn the_crack_branches_into_two_symmetric_arms_and_no_energy_comes_out_of_nothing
     let end = 50e-6;
     let steps = (end / plate.stable_time_step().unwrap()).ceil() as u64;
     let mut history: Vec<Energy> = Vec::new();
-    let chunk = 20;
+    let chunk = 4;
     let mut done = 0;
     while done < steps {
         let now = chunk.min(steps - done);

@@ -171,6 +171,8 @@ impl Formulation for BondBased {
 
 impl<'a> From<&Scene<'a>> for Cloud<'a> {
     fn from(scene: &Scene<'a>) -> Self {
+        // What the kernel relies on without looking again.
+        assert_eq!(scene.displacement.len(), scene.places.len() * scene.dimension);
         Self {
             places: scene.places,
             families: scene.families,

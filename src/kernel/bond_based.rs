@@ -117,8 +117,11 @@ impl<'a> Cloud<'a> {
     fn deform<const D: usize>(&self, part: &Part<'_>) -> Deformed<D> {
         let (shifts, _) = self.displacement.as_chunks::<D>();
         let (own, own_shift) = (&self.places[part.point], &shifts[part.point]);
-        let places = part.neighbors.map(|neighbor| &self.places[neighbor as usize]);
-        let moved = part.neighbors.map(|neighbor| &shifts[neighbor as usize]);
+        // SAFETY: the search makes neighbours of points of the body alone, and whoever makes a cloud
+        // has seen that the displacement has as many points as there are places.
+        let places = part.neighbors.map(|j| unsafe { self.places.get_unchecked(j as usize) });
+        // SAFETY: as above.
+        let moved = part.neighbors.map(|j| unsafe { shifts.get_unchecked(j as usize) });
         let zero = Lanes::splat(0.0);
         let (mut squared, mut change, mut bond) = (zero, zero, [zero; D]);
         for (axis, y) in bond.iter_mut().enumerate() {
@@ -157,21 +160,21 @@ impl<'a> Cloud<'a> {
         let mut bad = None;
         for (place, point) in range.enumerate() {
             let mut sum = [Lanes::splat(0.0); D];
+            let mut broke = false;
             for block in self.families.blocks(point) {
                 let mut mask = self.bonds.intact[block];
                 if mask != 0 {
                     for part in self.parts(block, point) {
                         let deformed = self.deform::<D>(&part);
                         let mut intact = part.bits(mask);
-                        if let Some(BlockBreaking { dissipated, before, .. }) = &mut breaking {
+                        if breaking.is_some() {
                             let stretch = deformed.stretch_by_length * deformed.now;
                             let beyond = stretch.above(law.threshold(&part)) & intact;
                             if beyond != 0 {
                                 let broken = beyond & part.bits(law.breakable(block));
-                                dissipated[place] +=
-                                    self.lost::<D>(law, &part, &deformed, broken, *before);
                                 intact &= !broken;
                                 mask &= !part.in_block(broken);
+                                broke |= broken != 0;
                             }
                         }
                         let mut weight =
@@ -187,6 +190,11 @@ impl<'a> Cloud<'a> {
                 if let Some(BlockBreaking { intact, .. }) = &mut breaking {
                     intact[block - first_block] = mask;
                 }
+            }
+            if let (true, Some(breaking)) = (broke, &mut breaking) {
+                let first = self.families.offsets[point] as usize - first_block;
+                let intact = &breaking.intact[first..];
+                breaking.dissipated[place] += self.lost::<D>(law, point, intact, breaking.before);
             }
             forces[place] = sum.map(Lanes::total);
             if bad.is_none() && !forces[place].iter().all(|component| component.is_finite()) {
@@ -210,22 +218,36 @@ impl<'a> Cloud<'a> {
         0.25 * (force * stretch * Lanes::load(part.lengths)).only(bits).total()
     }
 
-    /// Energy per volume that the point loses by bonds that break: 1/4 c d s s_before L V_j each, with the
-    /// stretch at which the bond pulled last, where it pulled; s_before = s where nothing was before.
+    /// Energy per volume that the point loses by the bonds that are not in the masks `intact` any more:
+    /// 1/4 c d s s_before L V_j each, with the stretch at which the bond pulled last, where it pulled;
+    /// s_before = s where nothing was before. Bonds break once: this deforms them anew, and leaves the
+    /// registers to the sweep.
+    #[cold]
     #[inline(never)]
     fn lost<const D: usize>(
         &self,
         law: impl BondLaw,
-        part: &Part<'_>,
-        deformed: &Deformed<D>,
-        bits: u8,
+        point: usize,
+        intact: &[u8],
         before: Option<&'a [f64]>,
     ) -> f64 {
-        let Some(displacement) = before else { return self.held(law, part, deformed, bits) };
-        let earlier = Self { displacement, ..*self }.deform::<D>(part).stretch();
-        let pulled = earlier.where_positive(earlier);
-        let force = law.own_stiffness(part) * deformed.stretch() * deformed.volume;
-        0.25 * (force * pulled * Lanes::load(part.lengths)).only(bits).total()
+        let mut energy = 0.0;
+        for (block, intact) in self.families.blocks(point).zip(intact) {
+            let broken = self.bonds.intact[block] & !intact;
+            for part in self.parts(block, point).filter(|part| part.bits(broken) != 0) {
+                let bits = part.bits(broken);
+                let deformed = self.deform::<D>(&part);
+                let Some(displacement) = before else {
+                    energy += self.held(law, &part, &deformed, bits);
+                    continue;
+                };
+                let earlier = Self { displacement, ..*self }.deform::<D>(&part).stretch();
+                let pulled = earlier.where_positive(earlier);
+                let force = law.own_stiffness(&part) * deformed.stretch() * deformed.volume;
+                energy += 0.25 * (force * pulled * Lanes::load(part.lengths)).only(bits).total();
+            }
+        }
+        energy
     }
 
     /// W_i = 1/4 sum c d s^2 L V_j of the points of `range`, over each point's own family.

@@ -86,7 +86,7 @@ fn the_example_prints_the_same_in_c_fortran_and_rust() {
     let in_c = compilers::c(&directory, "c", &source("examples/branching/main.c"));
 
     let mut twins = Vec::new();
-    for threads in ["1", "3"] {
+    for threads in ["1", "2", "3", "4"] {
         for program in [&in_c, &in_fortran] {
             let mut twin = Command::new(program);
             twin.args([&POINTS_ALONG.to_string(), ""]).env("PERION_NUM_THREADS", threads);
