@@ -8,8 +8,12 @@
     clippy::panic
 )]
 
+#[path = "../common/mod.rs"]
+mod common;
 mod fortran;
 mod header;
+
+use common::{in_crate, run, there_is};
 
 use header::Header;
 use perion as _;
@@ -129,12 +133,7 @@ fn the_header_is_clean_in_every_dialect() {
 
 #[test]
 fn the_fortran_interfaces_are_clean() {
-    if Command::new("gfortran").arg("--version").output().is_err() {
-        // Past the capture of the test runner, so that the closing line can count it.
-        let _ = std::io::Write::write_all(
-            &mut std::io::stderr(),
-            b"skipped: gfortran is not installed\n",
-        );
+    if !there_is("gfortran") {
         return;
     }
     run(Command::new("gfortran")
@@ -256,18 +255,6 @@ fn library() -> PathBuf {
     file
 }
 
-fn in_crate(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
-
 fn scratch(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
-}
-
-/// Runs a program to its end and gives its output; panics with what it said when it fails.
-fn run(command: &mut Command) -> String {
-    let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{command:?}: {}\n{said}", output.status);
-    String::from_utf8(output.stdout).unwrap()
 }

@@ -8,6 +8,10 @@
     clippy::panic
 )]
 
+#[path = "../common/mod.rs"]
+mod common;
+
+use common::{in_crate, there_is};
 use perion as _;
 use std::collections::BTreeSet;
 use std::fs;
@@ -62,12 +66,7 @@ programs! {
 
 #[test]
 fn a_short_life_leaks_nothing_and_reads_nothing_it_should_not() {
-    if Command::new("valgrind").arg("--version").output().is_err() {
-        // Past the capture of the test runner, so that the closing line can count it.
-        let _ = std::io::Write::write_all(
-            &mut std::io::stderr(),
-            b"skipped: valgrind is not installed\n",
-        );
+    if !there_is("valgrind") {
         return;
     }
     let program = "t950_life_cycle";
@@ -114,9 +113,7 @@ fn hold(output: Output) {
 
 /// Runs a program in a new directory of its own, which is its argument.
 fn run(mut command: Command, name: &str) -> Output {
-    let directory = scratch(&format!("run-{name}"));
-    let _ = fs::remove_dir_all(&directory);
-    fs::create_dir_all(&directory).unwrap();
+    let directory = common::place(&format!("c_interface/run-{name}"));
     command.current_dir(&directory).arg(&directory);
     for variable in ["PERION_NUM_THREADS", "OMP_NUM_THREADS", "PERION_SIMD"] {
         command.env_remove(variable);
@@ -143,9 +140,7 @@ fn compiled(program: &str) -> PathBuf {
         .arg(format!("-Wl,--disable-new-dtags,-rpath,{}", library().display()))
         .args(["-lm", "-pthread", "-o"])
         .arg(&target);
-    let output = gcc.output().unwrap_or_else(|error| panic!("{gcc:?}: {error}"));
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{gcc:?}: {}\n{said}", output.status);
+    common::run(&mut gcc);
     target
 }
 
@@ -203,10 +198,6 @@ fn without_comments(text: &str) -> String {
         rest = comment.split_once("*/").map_or("", |(_, after)| after);
     }
     code + rest
-}
-
-fn in_crate(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
 fn scratch(name: &str) -> PathBuf {

@@ -11,23 +11,26 @@
 #[path = "../../examples/branching/main.rs"]
 #[allow(dead_code)]
 mod branching;
+#[path = "../common/mod.rs"]
+mod common;
 mod compilers;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use compilers::{directory, fortran, installed, output_of, source};
+use common::{in_crate, run, there_is};
+use compilers::{directory, fortran};
 
 const INTERFACES: &str = "bindings/fortran/perion_c.f90";
 
 #[test]
 fn the_fortran_tests_pass_with_all_traps_set() {
-    if !installed("gfortran") {
+    if !there_is("gfortran") {
         return;
     }
     let directory = directory("traps");
-    let printed = output_of(Command::new(fortran_tests(&directory)).arg(&directory));
+    let printed = run(Command::new(fortran_tests(&directory)).arg(&directory));
     let lines: Vec<&str> = printed.lines().collect();
     assert_eq!(lines.first().map(|line| line.trim()), Some("traps on"), "{printed}");
     assert!(lines.last().is_some_and(|line| line.ends_with(" passed, 0 failed")), "{printed}");
@@ -35,7 +38,7 @@ fn the_fortran_tests_pass_with_all_traps_set() {
 
 #[test]
 fn the_fortran_tests_leave_no_memory_behind() {
-    if !(installed("gfortran") && installed("valgrind")) {
+    if !(there_is("gfortran") && there_is("valgrind")) {
         return;
     }
     let directory = directory("valgrind");
@@ -45,12 +48,12 @@ fn the_fortran_tests_leave_no_memory_behind() {
         .args(["--errors-for-leak-kinds=definite,possible", "--show-leak-kinds=definite,possible"])
         .arg(fortran_tests(&directory))
         .arg(&directory);
-    output_of(&mut valgrind);
+    run(&mut valgrind);
 }
 
 #[test]
 fn every_interface_is_called_from_a_fortran_test() {
-    let interfaces = fs::read_to_string(source(INTERFACES)).unwrap();
+    let interfaces = fs::read_to_string(in_crate(INTERFACES)).unwrap();
     let names: Vec<&str> = interfaces
         .split("bind(c, name=\"")
         .skip(1)
@@ -77,25 +80,25 @@ fn the_example_prints_the_same_in_c_fortran_and_rust() {
         branching::run(POINTS_ALONG, "").unwrap();
         return;
     }
-    if !(installed("gfortran") && installed("cc")) {
+    if !(there_is("gfortran") && there_is("cc")) {
         return;
     }
     let directory = directory("twins");
-    let sources = [source(INTERFACES), source("examples/branching/main.f90")];
+    let sources = [in_crate(INTERFACES), in_crate("examples/branching/main.f90")];
     let in_fortran = fortran(&directory, "fortran", &sources, "-O2");
-    let in_c = compilers::c(&directory, "c", &source("examples/branching/main.c"));
+    let in_c = compilers::c(&directory, "c", &in_crate("examples/branching/main.c"));
 
     let mut twins = Vec::new();
     for threads in ["1", "2", "3", "4"] {
         for program in [&in_c, &in_fortran] {
             let mut twin = Command::new(program);
             twin.args([&POINTS_ALONG.to_string(), ""]).env("PERION_NUM_THREADS", threads);
-            twins.push(results(&output_of(&mut twin)));
+            twins.push(results(&run(&mut twin)));
         }
         // A process of its own: the number of threads is read from its environment.
         let mut twin = Command::new(std::env::current_exe().unwrap());
         twin.args(["the_example_prints_the_same_in_c_fortran_and_rust", "--exact", "--nocapture"]);
-        twins.push(results(&output_of(twin.env(SIDE, "1").env("PERION_NUM_THREADS", threads))));
+        twins.push(results(&run(twin.env(SIDE, "1").env("PERION_NUM_THREADS", threads))));
     }
     assert!(twins[0].len() > 20 && twins[0].last().unwrap().starts_with("hash "), "{twins:?}");
     for twin in &twins {
@@ -116,14 +119,14 @@ fn results(printed: &str) -> Vec<String> {
 }
 
 fn fortran_tests(directory: &Path) -> PathBuf {
-    let mut sources = vec![source(INTERFACES)];
+    let mut sources = vec![in_crate(INTERFACES)];
     sources.extend(test_sources());
     fortran(directory, "tests", &sources, "-O0")
 }
 
 /// All files of the tests: first what they share, last the program.
 fn test_sources() -> Vec<PathBuf> {
-    let entries = fs::read_dir(source("tests/fortran")).unwrap();
+    let entries = fs::read_dir(in_crate("tests/fortran")).unwrap();
     let mut files: Vec<PathBuf> = entries
         .map(|entry| entry.unwrap().path())
         .filter(|path| path.extension().is_some_and(|extension| extension == "f90"))

@@ -8,49 +8,20 @@
     clippy::panic
 )]
 
+#[path = "../common/mod.rs"]
+mod common;
+
+use common::{in_crate, place, run, there_is};
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 use std::sync::OnceLock;
-
-fn in_crate(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
-
-/// A directory of its own for a test, outside the source tree's own directories.
-fn place(name: &str) -> PathBuf {
-    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("user").join(name);
-    let _ = fs::remove_dir_all(&place);
-    fs::create_dir_all(&place).unwrap();
-    place
-}
-
-/// Runs a command; its output when it succeeds, a failed test with all it said when not.
-fn run(command: &mut Command) -> String {
-    // What cargo puts there is not what a user has.
-    command.env_remove("LD_LIBRARY_PATH");
-    let Output { status, stdout, stderr } =
-        command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
-    let (out, err) = (String::from_utf8_lossy(&stdout), String::from_utf8_lossy(&stderr));
-    assert!(status.success(), "{command:?}: {status}\n{out}\n{err}");
-    out.into_owned()
-}
-
-fn there_is(program: &str) -> bool {
-    let there = Command::new(program).arg("--version").output().is_ok();
-    if !there {
-        // Past the capture of the test runner, so that the closing line can count it.
-        let _ = writeln!(std::io::stderr(), "skipped: {program} is not installed");
-    }
-    there
-}
 
 /// The prefix that `make install` has filled.
 fn prefix() -> &'static Path {
     static PREFIX: OnceLock<PathBuf> = OnceLock::new();
     PREFIX.get_or_init(|| {
-        let prefix = place("prefix");
+        let prefix = place("user/prefix");
         let argument = format!("PREFIX={}", prefix.display());
         run(Command::new("make").args(["install", &argument]).current_dir(in_crate("")));
         prefix
@@ -103,7 +74,7 @@ fn the_program_of_the_readme_runs_as_c_and_cpp_against_the_installed_library() {
     }
     let mut flags = pkg_config(&["--cflags", "--libs"]);
     flags.push(rpath());
-    let place = place("readme_c");
+    let place = place("user/readme_c");
     let said = run(&mut Command::new(compile_c(&place, "bar.c", "gcc", &flags)));
     assert!(
         said.ends_with(" N\n") && said.trim_end_matches(" N\n").parse::<f64>().is_ok(),
@@ -121,7 +92,7 @@ fn the_static_library_links_with_what_pkg_config_says() {
     if !there_is("pkg-config") {
         return;
     }
-    let place = place("static");
+    let place = place("user/static");
     let mut flags = pkg_config(&["--cflags"]);
     flags.push(prefix().join("lib/libperion.a").display().to_string());
     let all = pkg_config(&["--static", "--libs"]);
@@ -137,7 +108,7 @@ fn the_fortran_of_the_readme_runs_and_agrees_with_the_c() {
     if !there_is("pkg-config") || !there_is("gfortran") {
         return;
     }
-    let place = place("readme_fortran");
+    let place = place("user/readme_fortran");
     let source = place.join("bar.f90");
     fs::write(&source, snippet("fortran")).unwrap();
     let program = place.join("program");
@@ -200,7 +171,7 @@ fn hold_to_valgrind(language: &str) {
     if !there_is("valgrind") || (language == "fortran" && !there_is("gfortran")) {
         return;
     }
-    let place = place(&format!("valgrind_{language}"));
+    let place = place(&format!("user/valgrind_{language}"));
     let program = example(&place, language);
     let said = run(Command::new("valgrind")
         .args(["--quiet", "--error-exitcode=9", "--leak-check=full"])

@@ -1,0 +1,41 @@
+//! What the tests share that compile and run programs of other languages.
+#![allow(dead_code)] // each test crate uses its share
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A path within the repository.
+pub fn in_crate(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// A new directory of its own for a test, among cargo's own files.
+pub fn place(name: &str) -> PathBuf {
+    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&place);
+    fs::create_dir_all(&place).unwrap();
+    place
+}
+
+/// Whether a program is there to be run; says so when it is not.
+pub fn there_is(program: &str) -> bool {
+    let there = Command::new(program).arg("--version").output().is_ok();
+    if !there {
+        // Past the capture of the test runner, so that the closing line can count it.
+        let _ = writeln!(std::io::stderr(), "skipped: {program} is not installed");
+    }
+    there
+}
+
+/// Runs a command that must succeed; gives what it prints.
+pub fn run(command: &mut Command) -> String {
+    // What cargo puts there is not what a user has.
+    command.env_remove("LD_LIBRARY_PATH");
+    let Output { status, stdout, stderr } =
+        command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    let (out, err) = (String::from_utf8_lossy(&stdout), String::from_utf8_lossy(&stderr));
+    assert!(status.success(), "{command:?}: {status}\n{out}{err}");
+    out.into_owned()
+}
