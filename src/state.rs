@@ -26,8 +26,8 @@ pub(crate) struct State {
     pub(crate) host_load: Option<Vec<f64>>,
     pub(crate) time: f64,
     pub(crate) steps: u64,
-    /// Forces have been computed at the current displacement; else the one at which they were last is kept
-    /// in `next`.
+    /// Forces have been computed at the current displacement, or it has been committed; else the last such
+    /// displacement is kept in `next`.
     pub(crate) pulled: bool,
     /// The current force belongs to the current displacement and bonds.
     pub(crate) force_fresh: bool,

@@ -134,6 +134,10 @@ impl Simulation {
                 )));
             }
             let ledger = &mut self.state.ledger;
+            if !ledger.carried.is_finite() {
+                // A run that overflowed is over: the host has set another state since.
+                ledger.carried = 0.0;
+            }
             ledger.given = total - ledger.work - ledger.carried;
             ledger.open = true;
         }

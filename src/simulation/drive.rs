@@ -126,6 +126,7 @@ impl Simulation {
             std::mem::swap(now, next);
             std::mem::swap(&mut bonds.intact, next_intact);
         }
+        state.pulled = true;
         state.time += time_step;
         state.steps += 1;
         state.loads_fresh = false;
@@ -286,6 +287,12 @@ impl Simulation {
         let work = step
             .run()
             .map_err(|place| not_finite("motion", points.order().host[place], state.time))?;
+        if !work.is_finite() {
+            return Err(Error::Numeric(format!(
+                "the work of body forces is not finite after time {}; smaller loads may help",
+                state.time
+            )));
+        }
         std::mem::swap(&mut state.current, &mut state.next);
         if built.plan.rule.is_some() {
             std::mem::swap(dissipated, next_dissipated);

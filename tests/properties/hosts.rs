@@ -1,6 +1,6 @@
 //! Hosts that step themselves get what `step` makes; looking changes nothing.
 
-use perion::{Field, Simulation};
+use perion::{Field, Model, Points, Simulation};
 use proptest::prelude::*;
 
 use crate::random::cases;
@@ -157,4 +157,37 @@ proptest! {
         };
         prop_assert_eq!(run(20), run(pieces));
     }
+}
+
+/// What a bond gives up when it breaks does not depend on how its host looks at forces.
+#[test]
+fn a_host_that_only_commits_dissipates_what_one_that_evaluates_does() {
+    let points = Points::block(2, &[0.0; 2], &[12.0; 2], 1.0).unwrap();
+    let mut model = Model::new("bond_based").unwrap();
+    for (key, value) in
+        [("density", 1.0), ("youngs_modulus", 1.0), ("horizon", 3.015), ("critical_stretch", 0.01)]
+    {
+        model.set(key, value).unwrap();
+    }
+    let dissipated = |look: &dyn Fn(&mut Simulation)| {
+        let mut simulation = Simulation::new(&points, &model).unwrap();
+        for step in 1..=20 {
+            let strain = 1e-3 * f64::from(step);
+            let stretched = points.coordinates().chunks_exact(2).flat_map(|x| [strain * x[0], 0.0]);
+            let displacement: Vec<f64> = stretched.collect();
+            simulation.set(Field::Displacement, &displacement).unwrap();
+            simulation.commit(1.0).unwrap();
+            look(&mut simulation);
+        }
+        simulation.energy().unwrap().dissipated
+    };
+    let plain = dissipated(&|_| ());
+    assert!(plain > 0.0);
+    assert_eq!(plain, dissipated(&|simulation| simulation.evaluate().unwrap()));
+    assert_eq!(
+        plain,
+        dissipated(&|simulation| {
+            simulation.get(Field::InternalForce).unwrap();
+        })
+    );
 }
