@@ -23,6 +23,8 @@ fi
 if $CARGO clippy --version > /dev/null 2>&1; then
     step "clippy" $CARGO clippy --release --target-dir "$TARGET" --quiet --all-targets -- -D warnings
 fi
+step "documentation" env RUSTDOCFLAGS="-D warnings" \
+    $CARGO doc --no-deps --quiet --target-dir "$TARGET"
 echo "== tests =="
 if $CARGO test --release --target-dir "$TARGET" --no-fail-fast > "$log" 2>&1; then :; else failures=$((failures + 1)); fi
 cat "$log"

@@ -40,6 +40,7 @@ mod conditions;
 mod damage;
 mod error;
 mod families;
+#[doc(hidden)]
 pub mod ffi;
 mod formulation;
 mod kernel;

@@ -5,6 +5,8 @@
 //! say, handles came from a `create` and are not yet destroyed, text ends in NUL, and nothing else
 //! writes to what is lent for the length of the call. That is the safety contract of all of them.
 #![allow(clippy::missing_safety_doc)]
+// Documentation here is for C, where brackets are the lengths of arrays.
+#![allow(rustdoc::broken_intra_doc_links, rustdoc::invalid_html_tags)]
 
 mod arguments;
 mod float_environment;
