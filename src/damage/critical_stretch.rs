@@ -22,9 +22,9 @@ enum Critical {
 }
 
 /// The bonds between two sets of points, and the critical stretch that each point has in them.
-pub(crate) struct Interface {
+pub(crate) struct Interface<'a> {
     /// Bit 0: the point is in the first set; bit 1: in the second.
-    pub(crate) sides: Vec<u8>,
+    pub(crate) sides: &'a [u8],
     /// Critical stretch of a material of the point's kind, for the interface's energy release rate.
     pub(crate) critical: Property,
 }
@@ -35,7 +35,7 @@ impl BreakRule {
     pub(crate) fn new(
         families: &Families,
         ends: Property,
-        interfaces: &[Interface],
+        interfaces: &[Interface<'_>],
         protected: Option<&[bool]>,
     ) -> Result<Option<Self>> {
         let harmless = match &ends {
@@ -96,7 +96,11 @@ impl BreakRule {
     }
 }
 
-fn per_bond(families: &Families, ends: &Property, interfaces: &[Interface]) -> Result<Vec<f64>> {
+fn per_bond(
+    families: &Families,
+    ends: &Property,
+    interfaces: &[Interface<'_>],
+) -> Result<Vec<f64>> {
     let mut values = memory::filled(f64::INFINITY, families.neighbors.len(), PURPOSE)?;
     for point in 0..families.offsets.len() - 1 {
         for bond in families.bonds(point) {

@@ -75,11 +75,6 @@ impl BondState {
         BondsView { intact: &self.intact, integrity: self.integrity.as_deref() }
     }
 
-    /// Number of bonds that are not broken, each counted from both ends.
-    pub(crate) fn intact_ends(&self) -> u64 {
-        self.intact.iter().map(|mask| u64::from(mask.count_ones())).sum()
-    }
-
     pub(crate) fn bytes(&self) -> usize {
         memory::bytes(&self.intact) + self.integrity.as_ref().map_or(0, memory::bytes)
     }

@@ -122,12 +122,14 @@ impl<'a> Search<'a> {
             }
             Property::PerPoint(values) => {
                 let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
-                for class in 0..MOST_CLASSES {
+                let class_of =
+                    |radius: f64| ((radius / smallest).log2() as usize).min(MOST_CLASSES - 1);
+                let last = values.iter().copied().map(class_of).max().unwrap_or(0);
+                for class in 0..=last {
                     let mut points = Vec::new();
                     let mut largest: f64 = 0.0;
                     for (point, &radius) in values.iter().enumerate() {
-                        let own = ((radius / smallest).log2() as usize).min(MOST_CLASSES - 1);
-                        if own == class {
+                        if class_of(radius) == class {
                             memory::push(&mut points, point as u32, PURPOSE)?;
                             largest = largest.max(radius);
                         }

@@ -118,30 +118,19 @@ impl Formulation for BondBased {
         force: &mut [f64],
         breaking: Option<Breaking<'_>>,
     ) -> Option<usize> {
-        match (self.alike(scene, breaking.as_ref()), scene.dimension) {
-            (Some(law), 3) => sweep_forces::<3>(scene, law, force, breaking),
-            (Some(law), _) => sweep_forces::<2>(scene, law, force, breaking),
-            (None, dimension) => {
-                let law = self.various(scene, breaking.as_ref());
-                if dimension == 3 {
-                    sweep_forces::<3>(scene, law, force, breaking)
-                } else {
-                    sweep_forces::<2>(scene, law, force, breaking)
-                }
-            }
+        match self.alike(scene, breaking.as_ref()) {
+            Some(law) => forces(scene, law, force, breaking),
+            None => forces(scene, self.various(scene, breaking.as_ref()), force, breaking),
         }
     }
 
     fn strain_energy_density(&self, scene: &Scene<'_>, density: &mut [f64]) {
         let law = self.various(scene, None);
-        let cloud = scene.into();
+        let cloud = Cloud::from(scene);
         let count = scene.places.len();
-        scene.workers.sweep(count, PerPoint(density, 1), |range, density| {
-            let cloud: Cloud<'_> = cloud;
-            match scene.dimension {
-                3 => cloud.energy_density::<3>(law, range, density.0),
-                _ => cloud.energy_density::<2>(law, range, density.0),
-            }
+        scene.workers.sweep(count, PerPoint(density, 1), |range, density| match scene.dimension {
+            3 => cloud.energy_density::<3>(law, range, density.0),
+            _ => cloud.energy_density::<2>(law, range, density.0),
         });
     }
 
@@ -182,6 +171,18 @@ impl<'a> From<&Scene<'a>> for Cloud<'a> {
     }
 }
 
+fn forces(
+    scene: &Scene<'_>,
+    law: impl BondLaw + Sync,
+    force: &mut [f64],
+    breaking: Option<Breaking<'_>>,
+) -> Option<usize> {
+    match scene.dimension {
+        3 => sweep_forces::<3>(scene, law, force, breaking),
+        _ => sweep_forces::<2>(scene, law, force, breaking),
+    }
+}
+
 fn sweep_forces<const D: usize>(
     scene: &Scene<'_>,
     law: impl BondLaw + Sync,
@@ -202,6 +203,8 @@ fn sweep_forces<const D: usize>(
             note(cloud.force::<D>(law, range, force.0, None));
         }),
         Some(Breaking { intact, dissipated, before, .. }) => {
+            // The kernel looks at it as at the displacement of the cloud.
+            assert!(before.is_none_or(|before| before.len() == scene.displacement.len()));
             let offsets = &scene.families.offsets;
             let masks = Ragged { values: intact, offsets, width: 1 };
             let outputs = (forces, masks, PerPoint(dissipated, 1));

@@ -187,8 +187,7 @@ fn rule(
             |model, horizon| by_rate(model, horizon, request.rate),
             "critical stretches",
         )?;
-        let sides = memory::copied(&request.sides, "interfaces")?;
-        interfaces.push(Interface { sides, critical });
+        interfaces.push(Interface { sides: &request.sides, critical });
     }
     BreakRule::new(families, ends, &interfaces, requests.protected.as_deref())
 }

@@ -183,11 +183,9 @@ impl Simulation {
         let Built { plan, bonds, .. } = self.built()?;
         let mut isolated = PointReport { count: 0, first: None };
         let mut detached = isolated;
-        let mut ends = 0;
         for point in 0..self.points.count() {
             let inner = self.points.order().place(point);
             let blocks = plan.families.blocks(inner);
-            ends += plan.families.bonds(inner).count() as u64;
             let report = if blocks.is_empty() {
                 &mut isolated
             } else if bonds.intact[blocks].iter().all(|&mask| mask == 0) {
@@ -198,17 +196,20 @@ impl Simulation {
             report.count += 1;
             report.first.get_or_insert(point);
         }
-        let mut smallest_stretch = 0.0;
+        let (mut bonds, mut broken_bonds, mut smallest_stretch) = (0, 0, 0.0);
         self.for_each_bond(|_, stretch, integrity| {
-            if integrity > 0.0 && stretch < smallest_stretch {
+            bonds += 1;
+            if integrity == 0.0 {
+                broken_bonds += 1;
+            } else if stretch < smallest_stretch {
                 smallest_stretch = stretch;
             }
         })?;
         Ok(Health {
             isolated,
             detached,
-            bonds: ends / 2,
-            broken_bonds: (ends - bonds.intact_ends()) / 2,
+            bonds,
+            broken_bonds,
             time_step_ratio: self.state.time_step_ratio,
             smallest_stretch,
         })

@@ -28,6 +28,8 @@ pub struct Progress {
 #[derive(Debug)]
 pub struct Stepping {
     time_step: f64,
+    /// Time step over the stable one.
+    ratio: f64,
     done: u64,
     total: u64,
 }
@@ -229,12 +231,7 @@ impl Simulation {
                 ),
             );
         }
-        if steps > 0 {
-            self.evaluate()?;
-            self.open_ledger()?;
-            self.state.time_step_ratio = ratio;
-        }
-        Ok(Stepping { time_step, done: 0, total: steps })
+        Ok(Stepping { time_step, ratio, done: 0, total: steps })
     }
 
     /// Makes the next step of a run when `single`, else all of them. Gives where the run stands, `None`
@@ -243,12 +240,13 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::step`].
     pub fn advance(&mut self, stepping: &mut Stepping, single: bool) -> Result<Option<Progress>> {
-        let Stepping { time_step, total, .. } = *stepping;
+        let Stepping { time_step, ratio, total, .. } = *stepping;
         if stepping.done == total {
             return Ok(None);
         }
         self.evaluate()?;
         self.open_ledger()?;
+        self.state.time_step_ratio = ratio;
         let steps = if single { 1 } else { total - stepping.done };
         for _ in 0..steps {
             self.step_once(time_step)?;

@@ -94,6 +94,17 @@ impl Field {
         }
     }
 
+    /// Refuses a stride in which the numbers of a point have no room.
+    pub(crate) fn check_stride(self, stride: usize, dimension: usize) -> Result<()> {
+        let components = self.components(dimension);
+        if stride >= components {
+            return Ok(());
+        }
+        argument(format!(
+            "'stride' is {stride}, but a point has {components} numbers of this field"
+        ))
+    }
+
     /// Numbers a point has of it in a body of this dimension.
     pub fn components(self, dimension: usize) -> usize {
         match self {
@@ -146,7 +157,7 @@ impl Simulation {
         stride: usize,
     ) -> Result<()> {
         let components = field.components(self.points.dimension());
-        self.check_strided(set, components, values.len(), stride)?;
+        self.check_strided(set, field, values.len(), stride)?;
         let mut start = 0;
         self.for_each_value(set, field, |value| {
             values[start..start + components].copy_from_slice(value);
@@ -193,9 +204,8 @@ impl Simulation {
         values: &[f64],
         stride: usize,
     ) -> Result<()> {
-        let dimension = self.points.dimension();
         field.check_settable()?;
-        let set = self.check_strided(set, dimension, values.len(), stride)?;
+        let set = self.check_strided(set, field, values.len(), stride)?;
         self.check_values(set, field, values, stride)?;
         match field {
             Field::Velocity => self.give_kinetic(|simulation| {
@@ -219,17 +229,14 @@ impl Simulation {
     fn check_strided<'a>(
         &self,
         set: Option<&'a str>,
-        components: usize,
+        field: Field,
         length: usize,
         stride: usize,
     ) -> Result<&'a str> {
         let set = set.unwrap_or(crate::points::ALL);
         let size = self.points.set_size(set)?;
-        if stride < components {
-            return argument(format!(
-                "'stride' is {stride}, but a point has {components} numbers of this field"
-            ));
-        }
+        field.check_stride(stride, self.points.dimension())?;
+        let components = field.components(self.points.dimension());
         let needed = (size - 1).checked_mul(stride).and_then(|n| n.checked_add(components));
         if needed.is_none_or(|needed| length < needed) {
             return argument(format!(

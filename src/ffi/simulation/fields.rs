@@ -1,6 +1,7 @@
 //! Fields in C.
 
 use std::ffi::c_char;
+use std::fmt::Display;
 
 use super::setup::{change, look, look_back, perion_simulation};
 use crate::error::argument;
@@ -65,15 +66,15 @@ const NUMBERS: [perion_field; 15] = [
     PERION_FIELD_TIME_STEP_ESTIMATE,
 ];
 
-fn known_field(field: perion_field) -> Option<Field> {
-    NUMBERS.iter().position(|&number| number == field).map(|place| Field::ALL[place])
+pub(super) fn field_of(field: perion_field) -> Result<Field, Failure> {
+    named_field(field, "'field'")
 }
 
-pub(super) fn field_of(field: perion_field) -> Result<Field, Failure> {
-    match known_field(field) {
-        Some(field) => Ok(field),
+fn named_field(field: perion_field, name: impl Display) -> Result<Field, Failure> {
+    match NUMBERS.iter().position(|&number| number == field) {
+        Some(place) => Ok(Field::ALL[place]),
         None => Ok(argument(format!(
-            "'field' is {field}; it must be one of the PERION_FIELD_ constants"
+            "{name} is {field}; it must be one of the PERION_FIELD_ constants"
         ))?),
     }
 }
@@ -96,12 +97,7 @@ pub(super) unsafe fn read_fields(
     let given = unsafe { slice(fields, count, "fields") }?;
     let mut read = crate::memory::reserved(given.len(), "fields")?;
     for (place, &number) in given.iter().enumerate() {
-        let Some(field) = known_field(number) else {
-            return Ok(argument(format!(
-                "'fields'[{place}] is {number}; it must be one of the PERION_FIELD_ constants"
-            ))?);
-        };
-        read.push(field);
+        read.push(named_field(number, format_args!("'fields'[{place}]"))?);
     }
     Ok(read)
 }
@@ -117,13 +113,8 @@ fn strided(
     let points = simulation.points();
     let size = points.set_size(set.unwrap_or("all"))?;
     expect_count(count, size, "count")?;
-    let components = field.components(points.dimension());
-    if stride < components {
-        return Ok(argument(format!(
-            "'stride' is {stride}, but a point has {components} numbers of this field"
-        ))?);
-    }
-    length(size, stride, components, "values")
+    field.check_stride(stride, points.dimension())?;
+    length(size, stride, field.components(points.dimension()), "values")
 }
 
 /// Copies a field of all points to the host, point after point in the host's order. length: number of
