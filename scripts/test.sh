@@ -2,8 +2,10 @@
 # Everything that is tested; prints a closing line that counts. Called by `make test`.
 set -eu
 . scripts/need.sh
+. scripts/tools.sh
 need gfortran gfortran gcc-gfortran "the Fortran tests" || true
 need valgrind valgrind valgrind "the memory tests" || true
+tools "$TARGET/tools" || true
 
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT

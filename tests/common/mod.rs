@@ -21,7 +21,27 @@ pub fn place(name: &str) -> PathBuf {
 
 /// Whether a program is there to be run; says so when it is not.
 pub fn there_is(program: &str) -> bool {
-    let there = Command::new(program).arg("--version").output().is_ok();
+    found(program, runs(Path::new(program)))
+}
+
+/// A program of tests/requirements.txt (or the Python that has its packages): as scripts/tools.sh has
+/// installed it, or as the machine has it. Says so when it is not there.
+pub fn tool(program: &str) -> Option<PathBuf> {
+    let installed = std::env::var_os("PERION_TOOLS").map(PathBuf::from);
+    let path = [installed, Some(in_crate("target/tools/bin"))]
+        .into_iter()
+        .flatten()
+        .map(|place| place.join(program))
+        .find(|path| path.is_file())
+        .unwrap_or_else(|| PathBuf::from(program));
+    found(program, runs(&path)).then_some(path)
+}
+
+fn runs(program: &Path) -> bool {
+    Command::new(program).arg("--version").output().is_ok()
+}
+
+fn found(program: &str, there: bool) -> bool {
     if !there {
         // Past the capture of the test runner, so that the closing line can count it.
         let _ = writeln!(std::io::stderr(), "skipped: {program} is not installed");
