@@ -44,6 +44,11 @@
 #define PERION_ABI_VERSION 0
 
 /**
+ * Room that the name of any set needs, the NUL at its end included.
+ */
+#define PERION_NAME_CAPACITY 256
+
+/**
  * A formulation with its material and options.
  */
 typedef struct perion_model perion_model;
@@ -486,6 +491,29 @@ perion_status perion_points_create_block(int32_t dimension,
                                          struct perion_points **points);
 
 /**
+ * Reads points from a file, whose name tells what it is: .inp (Abaqus), .msh (Gmsh 4.1 or 2.2, text or
+ * binary), .vtu (VTK), anything else text.
+ *
+ * Text: a point a line, "x y z volume", "x y z block volume", or "x y area" in 2D, with blanks or commas between;
+ * #, ! and % begin comments. Blocks become sets block_1 and so on.
+ *
+ * Mesh: each cell of the highest dimension becomes a point in its centroid with its volume (plane cells: its
+ * area), in the file's order. Groups of such cells (*ELSET, physical groups) become sets; a group of nodes
+ * (*NSET), or of cells of lower dimension such as the faces of a boundary, becomes the set of the
+ * points whose cells have one of its nodes. A name that other points have already gets "_2"; a group
+ * without points is left out. perion_points_get_set_name lists what came of them.
+ *
+ * A .vtu without cells, or with vertices only, is a cloud with a point array "volume"; it is 2D if all z are
+ * 0. An integer array "block" gives sets.
+ *
+ * ERROR_IO: it cannot be read. ERROR_FORMAT: it is not what it should be; the text says file and line,
+ * what was expected and what was found. ERROR_UNSUPPORTED: what points cannot express, such as includes and
+ * instances of Abaqus, or curved shells. ERROR_MEMORY. Since 0.1.
+ */
+perion_status perion_points_read(const char *path,
+                                 struct perion_points **points);
+
+/**
  * Gives each point its own horizon (a length, `count` of them) in place of the model's.
  *
  * ERROR_ARGUMENT: count is not the number of points, a horizon that is not positive. Since 0.1.
@@ -533,6 +561,22 @@ perion_status perion_points_dimension(const struct perion_points *points, int32_
 perion_status perion_points_set_size(const struct perion_points *points,
                                      const char *name,
                                      int64_t *count);
+
+/**
+ * Number of named sets; "all", which always exists, is not among them. Since 0.1.
+ */
+perion_status perion_points_set_count(const struct perion_points *points, int64_t *count);
+
+/**
+ * Copies the name of a set to the host, its NUL included; index: from 0, in alphabetical order. capacity: bytes
+ * of `name`, of which PERION_NAME_CAPACITY are always enough.
+ *
+ * ERROR_ARGUMENT: index out of range, capacity too small. Since 0.1.
+ */
+perion_status perion_points_get_set_name(const struct perion_points *points,
+                                         int64_t index,
+                                         char *name,
+                                         int64_t capacity);
 
 /**
  * The indices of a set, from 0, in the set's order. count: the set's size.
@@ -700,6 +744,18 @@ perion_status perion_simulation_forbid_failure(struct perion_simulation *simulat
  */
 perion_status perion_simulation_set_threads(struct perion_simulation *simulation,
                                             int32_t threads);
+
+/**
+ * Number of points. Since 0.1.
+ */
+perion_status perion_simulation_point_count(const struct perion_simulation *simulation,
+                                            int64_t *count);
+
+/**
+ * Number of axes, 2 or 3. Since 0.1.
+ */
+perion_status perion_simulation_dimension(const struct perion_simulation *simulation,
+                                          int32_t *dimension);
 
 /**
  * Frees a simulation, ends its threads and sets the pointer to NULL; NULL, or the address of NULL, is

@@ -23,6 +23,10 @@ pub enum Error {
     /// A file could not be read or written.
     #[error("{0}")]
     Io(String),
+    /// A file was read, but what is in it is not understood; the text names the line, what was expected and what
+    /// was found.
+    #[error("{0}")]
+    Format(String),
     /// A computed quantity is not finite; the text names the point.
     #[error("{0}")]
     Numeric(String),

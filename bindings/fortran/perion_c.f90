@@ -26,6 +26,9 @@ module perion_c
   !> Not PERION_ABI_VERSION: that is the function.
   integer(c_int32_t), parameter :: PERION_ABI_VERSION_CONSTANT = 0_c_int32_t
 
+  !> Room that the name of any set needs, the NUL at its end included.
+  integer(c_int32_t), parameter :: PERION_NAME_CAPACITY = 256_c_int32_t
+
   !> The call did what it says.
   integer(c_int32_t), parameter :: PERION_OK = 0_c_int32_t
 
@@ -329,6 +332,31 @@ module perion_c
       integer(c_int32_t) :: perion_points_create_block
     end function perion_points_create_block
 
+    !> Reads points from a file, whose name tells what it is: .inp (Abaqus), .msh (Gmsh 4.1 or 2.2, text or
+    !> binary), .vtu (VTK), anything else text.
+    !>
+    !> Text: a point a line, "x y z volume", "x y z block volume", or "x y area" in 2D, with blanks or commas between;
+    !> #, ! and % begin comments. Blocks become sets block_1 and so on.
+    !>
+    !> Mesh: each cell of the highest dimension becomes a point in its centroid with its volume (plane cells: its
+    !> area), in the file's order. Groups of such cells (*ELSET, physical groups) become sets; a group of nodes
+    !> (*NSET), or of cells of lower dimension such as the faces of a boundary, becomes the set of the
+    !> points whose cells have one of its nodes. A name that other points have already gets "_2"; a group
+    !> without points is left out. perion_points_get_set_name lists what came of them.
+    !>
+    !> A .vtu without cells, or with vertices only, is a cloud with a point array "volume"; it is 2D if all z are
+    !> 0. An integer array "block" gives sets.
+    !>
+    !> ERROR_IO: it cannot be read. ERROR_FORMAT: it is not what it should be; the text says file and line,
+    !> what was expected and what was found. ERROR_UNSUPPORTED: what points cannot express, such as includes and
+    !> instances of Abaqus, or curved shells. ERROR_MEMORY. Since 0.1.
+    function perion_points_read(path, points) bind(c, name="perion_points_read")
+      import :: c_char, c_int32_t, c_ptr
+      character(kind=c_char), intent(in) :: path(*)
+      type(c_ptr), intent(inout) :: points
+      integer(c_int32_t) :: perion_points_read
+    end function perion_points_read
+
     !> Gives each point its own horizon (a length, `count` of them) in place of the model's.
     !>
     !> ERROR_ARGUMENT: count is not the number of points, a horizon that is not positive. Since 0.1.
@@ -395,6 +423,28 @@ module perion_c
       integer(c_int64_t), intent(inout) :: count
       integer(c_int32_t) :: perion_points_set_size
     end function perion_points_set_size
+
+    !> Number of named sets; "all", which always exists, is not among them. Since 0.1.
+    function perion_points_set_count(points, count) bind(c, name="perion_points_set_count")
+      import :: c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value, intent(in) :: points
+      integer(c_int64_t), intent(inout) :: count
+      integer(c_int32_t) :: perion_points_set_count
+    end function perion_points_set_count
+
+    !> Copies the name of a set to the host, its NUL included; index: from 0, in alphabetical order. capacity: bytes
+    !> of `name`, of which PERION_NAME_CAPACITY are always enough.
+    !>
+    !> ERROR_ARGUMENT: index out of range, capacity too small. Since 0.1.
+    function perion_points_get_set_name(points, index, name, capacity) &
+        bind(c, name="perion_points_get_set_name")
+      import :: c_char, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value, intent(in) :: points
+      integer(c_int64_t), value :: index
+      character(kind=c_char), intent(inout) :: name(*)
+      integer(c_int64_t), value :: capacity
+      integer(c_int32_t) :: perion_points_get_set_name
+    end function perion_points_get_set_name
 
     !> The indices of a set, from 0, in the set's order. count: the set's size.
     !>
@@ -619,6 +669,24 @@ module perion_c
       integer(c_int32_t), value :: threads
       integer(c_int32_t) :: perion_simulation_set_threads
     end function perion_simulation_set_threads
+
+    !> Number of points. Since 0.1.
+    function perion_simulation_point_count(simulation, count) &
+        bind(c, name="perion_simulation_point_count")
+      import :: c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value, intent(in) :: simulation
+      integer(c_int64_t), intent(inout) :: count
+      integer(c_int32_t) :: perion_simulation_point_count
+    end function perion_simulation_point_count
+
+    !> Number of axes, 2 or 3. Since 0.1.
+    function perion_simulation_dimension(simulation, dimension) &
+        bind(c, name="perion_simulation_dimension")
+      import :: c_int32_t, c_ptr
+      type(c_ptr), value, intent(in) :: simulation
+      integer(c_int32_t), intent(inout) :: dimension
+      integer(c_int32_t) :: perion_simulation_dimension
+    end function perion_simulation_dimension
 
     !> Frees a simulation, ends its threads and sets the pointer to NULL; NULL, or the address of NULL, is
     !> fine. Views that are still borrowed end with it. ERROR_STATE: another call is using it, such as the one whose callback this

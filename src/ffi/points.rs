@@ -6,6 +6,7 @@ use super::arguments::{convert, index, length, output, slice, slice_mut, text};
 use super::guard::guard;
 use super::handle::{self, Handle, Opaque};
 use super::status::perion_status;
+use crate::error::argument;
 use crate::memory;
 use crate::points::Points;
 
@@ -80,6 +81,38 @@ pub unsafe extern "C" fn perion_points_create_block(
         unsafe {
             let (lower, upper) = (slice(lower, corner, "lower")?, slice(upper, corner, "upper")?);
             handle::create(points, || Ok(Points::block(axes, lower, upper, spacing)?))
+        }
+    })
+}
+
+/// Reads points from a file, whose name tells what it is: .inp (Abaqus), .msh (Gmsh 4.1 or 2.2, text or
+/// binary), .vtu (VTK), anything else text.
+///
+/// Text: a point a line, "x y z volume", "x y z block volume", or "x y area" in 2D, with blanks or commas between;
+/// #, ! and % begin comments. Blocks become sets block_1 and so on.
+///
+/// Mesh: each cell of the highest dimension becomes a point in its centroid with its volume (plane cells: its
+/// area), in the file's order. Groups of such cells (*ELSET, physical groups) become sets; a group of nodes
+/// (*NSET), or of cells of lower dimension such as the faces of a boundary, becomes the set of the
+/// points whose cells have one of its nodes. A name that other points have already gets "_2"; a group
+/// without points is left out. perion_points_get_set_name lists what came of them.
+///
+/// A .vtu without cells, or with vertices only, is a cloud with a point array "volume"; it is 2D if all z are
+/// 0. An integer array "block" gives sets.
+///
+/// ERROR_IO: it cannot be read. ERROR_FORMAT: it is not what it should be; the text says file and line,
+/// what was expected and what was found. ERROR_UNSUPPORTED: what points cannot express, such as includes and
+/// instances of Abaqus, or curved shells. ERROR_MEMORY. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn perion_points_read(
+    path: *const c_char,
+    points: *mut *mut perion_points,
+) -> perion_status {
+    guard("perion_points_read", || {
+        // SAFETY: the header's contract.
+        unsafe {
+            let path = text(path, "path")?;
+            handle::create(points, || Ok(Points::read(path)?))
         }
     })
 }
@@ -207,6 +240,66 @@ pub unsafe extern "C" fn perion_points_set_size(
             let (name, count) = (text(name, "name")?, output(count, "count")?);
             handle::shared(points, |points| {
                 count.write(points.set_size(name)? as i64);
+                Ok(())
+            })
+        }
+    })
+}
+
+/// Room that the name of any set needs, the NUL at its end included.
+pub const PERION_NAME_CAPACITY: i64 = 256;
+
+/// Number of named sets; "all", which always exists, is not among them. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn perion_points_set_count(
+    points: *const perion_points,
+    count: *mut i64,
+) -> perion_status {
+    guard("perion_points_set_count", || {
+        // SAFETY: the header's contract.
+        unsafe {
+            let count = output(count, "count")?;
+            handle::shared(points, |points| {
+                count.write(points.set_names().len() as i64);
+                Ok(())
+            })
+        }
+    })
+}
+
+/// Copies the name of a set to the host, its NUL included; index: from 0, in alphabetical order. capacity: bytes
+/// of `name`, of which PERION_NAME_CAPACITY are always enough.
+///
+/// ERROR_ARGUMENT: index out of range, capacity too small. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn perion_points_get_set_name(
+    points: *const perion_points,
+    index: i64,
+    name: *mut c_char,
+    capacity: i64,
+) -> perion_status {
+    guard("perion_points_get_set_name", || {
+        let (place, room) = (convert(index, "index")?, convert(capacity, "capacity")?);
+        // SAFETY: the header's contract.
+        unsafe {
+            handle::shared(points, |points| {
+                let count = points.set_names().len();
+                let Some(known) = points.set_names().nth(place) else {
+                    return Ok(argument(format!(
+                        "'index' is {index}; it must be below the number of sets, {count}"
+                    ))?);
+                };
+                if known.len() >= room {
+                    return Ok(argument(format!(
+                        "'capacity' is {capacity}, but the name and its NUL have {} bytes",
+                        known.len() + 1
+                    ))?);
+                }
+                let length = known.len() as i64 + 1;
+                let name = slice_mut(name.cast::<u8>(), length, "name")?;
+                let (letters, end) = name.split_at_mut(known.len());
+                letters.copy_from_slice(known.as_bytes());
+                end.fill(0);
                 Ok(())
             })
         }

@@ -43,6 +43,7 @@ pub(crate) fn status_of(error: &Error) -> perion_status {
         Error::State(_) => PERION_ERROR_STATE,
         Error::Memory { .. } => PERION_ERROR_MEMORY,
         Error::Io(_) => PERION_ERROR_IO,
+        Error::Format(_) => PERION_ERROR_FORMAT,
         Error::Numeric(_) => PERION_ERROR_NUMERIC,
         Error::Interrupted(_) => PERION_ERROR_INTERRUPTED,
         Error::Unsupported(_) => PERION_ERROR_UNSUPPORTED,

@@ -5,10 +5,12 @@
 
 mod block;
 mod order;
+mod read;
 mod sets;
 
 use crate::error::{Result, argument};
 use crate::memory;
+use order::Coincident;
 pub(crate) use order::Order;
 pub(crate) use sets::{ALL, Sets};
 
@@ -90,8 +92,26 @@ impl Points {
     }
 
     fn assemble(dimension: usize, coordinates: Vec<f64>, volumes: Vec<f64>) -> Result<Self> {
+        Self::try_assemble(dimension, coordinates, volumes)?.or_else(|Coincident(first, second)| {
+            argument(format!("'coordinates': points {first} and {second} stand in one place"))
+        })
+    }
+
+    /// Points of sound numbers, unless two stand in one place.
+    fn try_assemble(
+        dimension: usize,
+        coordinates: Vec<f64>,
+        volumes: Vec<f64>,
+    ) -> Result<std::result::Result<Self, Coincident>> {
         let order = Order::new(dimension, &coordinates)?;
-        Ok(Self { dimension, coordinates, volumes, horizons: None, sets: Sets::default(), order })
+        Ok(order.map(|order| Self {
+            dimension,
+            coordinates,
+            volumes,
+            horizons: None,
+            sets: Sets::default(),
+            order,
+        }))
     }
 
     /// A copy, which may run out of memory.
@@ -136,6 +156,16 @@ impl Points {
     /// given twice.
     pub fn add_set(&mut self, name: &str, indices: &[usize]) -> Result<()> {
         self.sets.add(name, indices, self.count())
+    }
+
+    /// Adds a set that a file names, its points ascending.
+    fn add_new_set(&mut self, name: &str, members: Vec<u32>) {
+        self.sets.add_new(name, members, self.count());
+    }
+
+    /// Names of the sets in alphabetical order, without `all`.
+    pub fn set_names(&self) -> impl ExactSizeIterator<Item = &str> {
+        self.sets.names()
     }
 
     /// Refuses a set of more points than there are, before its indices are looked at.

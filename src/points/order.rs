@@ -1,7 +1,7 @@
 //! The inner order of the points: brick after brick, so that neighbours in space are neighbours in
 //! memory. It follows from the positions alone: the host's order, threads and ranks play no part.
 
-use crate::error::{Result, argument};
+use crate::error::Result;
 use crate::memory;
 
 /// Points a brick holds on average, were they spread evenly.
@@ -23,8 +23,16 @@ pub(crate) struct Order {
     pub(crate) place: Option<Vec<u32>>,
 }
 
+/// Host indices of two points in one place, the lower first.
+#[derive(Debug)]
+pub(super) struct Coincident(pub(super) usize, pub(super) usize);
+
 impl Order {
-    pub(crate) fn new(dimension: usize, coordinates: &[f64]) -> Result<Self> {
+    /// The order of points, each in a place of its own.
+    pub(super) fn new(
+        dimension: usize,
+        coordinates: &[f64],
+    ) -> Result<std::result::Result<Self, Coincident>> {
         let count = coordinates.len() / dimension;
         let (centre, extent) = bounding_box(dimension, coordinates);
         let edge = brick_edge(&extent, count);
@@ -55,11 +63,7 @@ impl Order {
         for pair in keyed.windows(2) {
             let (first, second) = (pair[0].1 as usize, pair[1].1 as usize);
             if centred(first) == centred(second) {
-                return argument(format!(
-                    "'coordinates': points {} and {} stand in one place",
-                    first.min(second),
-                    first.max(second)
-                ));
+                return Ok(Err(Coincident(first.min(second), first.max(second))));
             }
         }
         let host = memory::collected(keyed.iter().map(|entry| entry.1), "the order of the points")?;
@@ -73,7 +77,7 @@ impl Order {
             Some(places)
         };
         let farthest = coordinates.iter().fold(0.0_f64, |farthest, x| farthest.max(x.abs()));
-        Ok(Self { centre, farthest, host, place })
+        Ok(Ok(Self { centre, farthest, host, place }))
     }
 
     /// Inner place of a host index.
@@ -148,10 +152,10 @@ mod tests {
                 [(k * 0.7548776662).fract(), (k * 0.5698402909).fract(), (k * 0.4301597090).fract()]
             })
             .collect();
-        let straight = Order::new(3, cloud.as_flattened()).unwrap();
+        let straight = Order::new(3, cloud.as_flattened()).unwrap().unwrap();
         let mut turned = cloud.clone();
         turned.reverse();
-        let reversed = Order::new(3, turned.as_flattened()).unwrap();
+        let reversed = Order::new(3, turned.as_flattened()).unwrap().unwrap();
         for place in 0..500 {
             let (a, b) = (straight.host[place] as usize, reversed.host[place] as usize);
             assert_eq!(cloud[a], turned[b]);
@@ -161,18 +165,19 @@ mod tests {
 
     #[test]
     fn points_in_one_place_are_found_wherever_they_stand_in_the_list() {
-        let error = Order::new(2, &[0.0, 1.0, 3.0, 2.0, -0.0, 1.0]).unwrap_err();
-        assert!(error.to_string().contains("points 0 and 2 stand in one place"), "{error}");
+        let pair = Order::new(2, &[0.0, 1.0, 3.0, 2.0, -0.0, 1.0]).unwrap().unwrap_err();
+        assert!(matches!(pair, Coincident(0, 2)), "{pair:?}");
         let row = [1.0, -0.0, 2.0, -0.0, 0.0, 0.0, 1.0, 0.0];
-        let error = Order::new(2, &row).unwrap_err();
-        assert!(error.to_string().contains("points 0 and 3 stand in one place"), "{error}");
+        let pair = Order::new(2, &row).unwrap().unwrap_err();
+        assert!(matches!(pair, Coincident(0, 3)), "{pair:?}");
     }
 
     #[test]
     fn clouds_without_extent_along_some_axes_have_an_order() {
         for cloud in [&[1.0, 2.0, 3.0][..], &[0.0, 0.0, 0.0, 0.0, 0.0, 5.0], &[1e300_f64.sqrt(); 3]]
         {
-            assert_eq!(Order::new(3, cloud).unwrap().host.len(), cloud.len() / 3);
+            let order = Order::new(3, cloud).unwrap().unwrap();
+            assert_eq!(order.host.len(), cloud.len() / 3);
         }
     }
 }

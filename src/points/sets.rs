@@ -44,6 +44,42 @@ impl Sets {
         Ok(())
     }
 
+    /// Adds a set from a file, its members ascending. A name that other points have already gets `_2`, and
+    /// letters that a name cannot have become `_`; no set is added twice, and none without points.
+    pub(super) fn add_new(&mut self, name: &str, members: Vec<u32>, point_count: usize) {
+        if members.is_empty() {
+            return;
+        }
+        let letters = name.trim().chars().take(LONGEST_NAME);
+        let mut clean = String::new();
+        clean.extend(letters.map(|letter| if letter.is_control() { '_' } else { letter }));
+        let clean = if clean.is_empty() { "unnamed" } else { &clean };
+        for turn in 1_usize.. {
+            let suffix = if turn == 1 { String::new() } else { format!("_{turn}") };
+            let mut room = clean.len().min(LONGEST_NAME - suffix.len());
+            while !clean.is_char_boundary(room) {
+                room -= 1;
+            }
+            let name = format!("{}{suffix}", clean[..room].trim_end());
+            let taken_by_the_same = match self.named.get(&name) {
+                Some(known) => *known == members,
+                None if name == ALL => members.len() == point_count,
+                None => {
+                    self.named.insert(name, members);
+                    return;
+                }
+            };
+            if taken_by_the_same {
+                return;
+            }
+        }
+    }
+
+    /// Names of the sets but `all`, in alphabetical order.
+    pub(super) fn names(&self) -> impl ExactSizeIterator<Item = &str> {
+        self.named.keys().map(String::as_str)
+    }
+
     fn check_name(&self, name: &str) -> Result<()> {
         if name.is_empty() {
             return argument("'name' is empty; a set needs a name");

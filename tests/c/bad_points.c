@@ -195,9 +195,20 @@ static void only_points_are_destroyed_as_points(void)
     EXPECT_OK(perion_model_destroy(&model));
 }
 
+static void files_have_names(void)
+{
+    MAKE_NOTHING(NULLED, "path", perion_points_read(NULL, &made));
+    MAKE_NOTHING(ARGUMENT, "path", perion_points_read(latin1, &made));
+    MAKE_NOTHING(ARGUMENT, "path", perion_points_read(endless, &made));
+    MAKE_NOTHING(PERION_ERROR_IO, "''", perion_points_read("", &made));
+    MAKE_NOTHING(PERION_ERROR_IO, "/dev/zero", perion_points_read("/dev/zero", &made));
+    EXPECT_REFUSED(NULLED, "points", perion_points_read("none.txt", NULL));
+}
+
 void bad_points(void)
 {
     create_takes_counts_that_fit();
+    files_have_names();
     create_takes_pointers_that_lead_somewhere();
     create_takes_numbers_that_make_sense();
     a_block_takes_a_box_and_a_spacing();

@@ -107,6 +107,29 @@ static void sets_are_read_by_name_and_size(const perion_points *points)
     EXPECT_SEALED(indices);
 }
 
+static void names_of_sets_are_asked_for_with_room(const perion_points *points)
+{
+    char name[PERION_NAME_CAPACITY];
+    int64_t count;
+
+    SEAL(name);
+    SEAL(count);
+    EXPECT_REFUSED(NULLED, "points", perion_points_set_count(NULL, &count));
+    EXPECT_REFUSED(NULLED, "count", perion_points_set_count(points, NULL));
+    EXPECT_REFUSED(NULLED, "points", perion_points_get_set_name(NULL, 0, name, sizeof name));
+    EXPECT_REFUSED(NULLED, "name", perion_points_get_set_name(points, 0, NULL, sizeof name));
+    EXPECT_REFUSED(ARGUMENT, "index", perion_points_get_set_name(points, -1, name, sizeof name));
+    EXPECT_REFUSED(ARGUMENT, "index", perion_points_get_set_name(points, 2, name, sizeof name));
+    EXPECT_SAID("below the number of sets, 2");
+    EXPECT_REFUSED(ARGUMENT, "index", perion_points_get_set_name(points, INT64_MAX, name, sizeof name));
+    EXPECT_REFUSED(ARGUMENT, "capacity", perion_points_get_set_name(points, 0, name, 4));
+    EXPECT_SAID("have 5 bytes");
+    EXPECT_REFUSED(ARGUMENT, "capacity", perion_points_get_set_name(points, 0, name, 0));
+    EXPECT_REFUSED(ARGUMENT, "capacity", perion_points_get_set_name(points, 0, name, -1));
+    EXPECT_SEALED(name);
+    EXPECT_SEALED(count);
+}
+
 void bad_sets(void)
 {
     perion_points *points = scene_points();
@@ -116,6 +139,7 @@ void bad_sets(void)
     a_set_has_no_more_members_than_there_are_points(points);
     boxes_hold_points(points);
     sets_are_read_by_name_and_size(points);
+    names_of_sets_are_asked_for_with_room(points);
     expect_sets_alone(points);
     EXPECT_OK(perion_points_destroy(&points));
 }

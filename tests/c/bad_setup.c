@@ -233,6 +233,10 @@ static void bonds_are_listed_whole_or_not_at_all(perion_simulation *simulation)
                   perion_simulation_get_bonds(simulation, INT64_MAX, MISALIGNED(int64_t), NULL, NULL,
                                               &count));
     REFUSE(NULLED, "count", perion_simulation_bond_count(simulation, NULL));
+    REFUSE(NULLED, "count", perion_simulation_point_count(simulation, NULL));
+    REFUSE_OUTPUT(count, NULLED, "simulation", perion_simulation_point_count(NULL, &count));
+    REFUSE(NULLED, "dimension", perion_simulation_dimension(simulation, NULL));
+    REFUSE(NULLED, "simulation", perion_simulation_dimension(NULL, (int32_t[]){0}));
     REFUSE_OUTPUT(count, NULLED, "simulation", perion_simulation_bond_count(NULL, &count));
     EXPECT_SEALED(pairs);
     EXPECT_SEALED(stretch);

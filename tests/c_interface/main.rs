@@ -49,6 +49,7 @@ macro_rules! programs {
 programs! {
     the_library_says_what_it_is, "t100_version";
     points_and_their_sets_come_out_as_they_went_in, "t200_points";
+    points_are_read_from_files, "t210_reading";
     models_are_made_from_their_lists, "t300_model";
     set_up_decides_what_breaks_and_threads_change_nothing, "t400_setup";
     conditions_hold_their_sets, "t500_conditions";

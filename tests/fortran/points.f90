@@ -19,6 +19,7 @@ contains
     call run(file, 'a box names the points within it', boxes_name_points)
     call run(file, 'what makes no sense is refused and changes nothing', nonsense_is_refused)
     call run(file, 'horizons of their own give points other families', own_horizons)
+    call run(file, 'a file of points is read with its sets', files_are_read)
     call run(file, 'destroying sets the handle to null, twice is fine', destroying_twice)
   end subroutine test_points
 
@@ -155,6 +156,40 @@ contains
     call assert_ok(perion_model_destroy(model))
     call assert_ok(perion_points_destroy(points))
   end subroutine own_horizons
+
+  subroutine files_are_read()
+    type(c_ptr) :: points, model, simulation
+    character(kind=c_char) :: name(PERION_NAME_CAPACITY)
+    character(:), allocatable :: path
+    integer(c_int64_t) :: count
+    integer(c_int32_t) :: dimension
+    integer :: unit
+
+    path = temporary_directory // '/cloud.txt'
+    open (newunit=unit, file=path, status='replace', action='write')
+    write (unit, '(a)') '0 0 0 7 0.5', '1 0 0 7 0.5'
+    close (unit)
+    points = c_null_ptr
+    model = c_null_ptr
+    simulation = c_null_ptr
+    call assert_ok(perion_points_read(path // c_null_char, points))
+    call assert_ok(perion_points_set_count(points, count))
+    call assert(count == 1, 'there is one set')
+    call assert_ok(perion_points_get_set_name(points, 0_c_int64_t, name, PERION_NAME_CAPACITY + 0_c_int64_t))
+    call assert(all(name(:8) == [character(kind=c_char) :: 'b', 'l', 'o', 'c', 'k', '_', '7', c_null_char]), &
+        'the set has another name')
+    call assert_ok(perion_model_create('bond_based' // c_null_char, model))
+    call assert_ok(perion_model_set(model, 'density' // c_null_char, 1d0))
+    call assert_ok(perion_model_set(model, 'youngs_modulus' // c_null_char, 1d0))
+    call assert_ok(perion_model_set(model, 'horizon' // c_null_char, 2d0))
+    call assert_ok(perion_simulation_create(points, model, simulation))
+    call assert_ok(perion_simulation_point_count(simulation, count))
+    call assert_ok(perion_simulation_dimension(simulation, dimension))
+    call assert(count == 2 .and. dimension == 3, 'count or dimension differs')
+    call assert_ok(perion_simulation_destroy(simulation))
+    call assert_ok(perion_model_destroy(model))
+    call assert_ok(perion_points_destroy(points))
+  end subroutine files_are_read
 
   subroutine destroying_twice()
     type(c_ptr) :: points

@@ -5,7 +5,7 @@ use std::ffi::c_char;
 use super::drive::Watcher;
 use super::views::Loans;
 use crate::error::state;
-use crate::ffi::arguments::{convert, text};
+use crate::ffi::arguments::{convert, output, text};
 use crate::ffi::guard::{Failure, guard};
 use crate::ffi::handle::{self, Handle, Opaque};
 use crate::ffi::model::perion_model;
@@ -187,6 +187,42 @@ pub unsafe extern "C" fn perion_simulation_set_threads(
         let threads = convert(threads.into(), "threads")?;
         // SAFETY: the header's contract.
         unsafe { change(simulation, |simulation| Ok(simulation.set_threads(threads)?)) }
+    })
+}
+
+/// Number of points. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn perion_simulation_point_count(
+    simulation: *const perion_simulation,
+    count: *mut i64,
+) -> perion_status {
+    guard("perion_simulation_point_count", || {
+        // SAFETY: the header's contract.
+        unsafe {
+            let count = output(count, "count")?;
+            look_back(simulation, |simulation| {
+                count.write(simulation.points().count() as i64);
+                Ok(())
+            })
+        }
+    })
+}
+
+/// Number of axes, 2 or 3. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn perion_simulation_dimension(
+    simulation: *const perion_simulation,
+    dimension: *mut i32,
+) -> perion_status {
+    guard("perion_simulation_dimension", || {
+        // SAFETY: the header's contract.
+        unsafe {
+            let dimension = output(dimension, "dimension")?;
+            look_back(simulation, |simulation| {
+                dimension.write(simulation.points().dimension() as i32);
+                Ok(())
+            })
+        }
     })
 }
 

@@ -1,0 +1,439 @@
+//! Cells of meshes: how many nodes they have, and what their volume and centroid are.
+//!
+//! A cell is the image of the unit square or cube under its shape functions; those of triangles, tetrahedra,
+//! wedges and pyramids are written so that the square or cube collapses onto them. Volume and
+//! centroid are integrals of polynomials there, and Gauss's rule takes them exactly, curved sides included.
+
+use std::ops::{Add, Mul, Sub};
+
+/// Most nodes that a cell has.
+pub(super) const MOST_NODES: usize = 10;
+
+/// A kind of cell, with its nodes in the order of VTK.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// A point.
+    Vertex,
+    /// A line of so many nodes.
+    Line(u8),
+    Triangle3,
+    Triangle6,
+    Quadrilateral4,
+    Quadrilateral8,
+    Quadrilateral9,
+    Tetrahedron4,
+    Tetrahedron10,
+    Pyramid5,
+    Wedge6,
+    Hexahedron8,
+}
+
+/// Volume (in two dimensions: area) and centroid of a cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Measure {
+    pub(super) volume: f64,
+    pub(super) centroid: [f64; 3],
+}
+
+impl Kind {
+    pub(super) fn nodes(self) -> usize {
+        match self {
+            Self::Vertex => 1,
+            Self::Line(nodes) => nodes.into(),
+            Self::Triangle3 => 3,
+            Self::Quadrilateral4 | Self::Tetrahedron4 => 4,
+            Self::Pyramid5 => 5,
+            Self::Triangle6 | Self::Wedge6 => 6,
+            Self::Quadrilateral8 | Self::Hexahedron8 => 8,
+            Self::Quadrilateral9 => 9,
+            Self::Tetrahedron10 => 10,
+        }
+    }
+
+    pub(super) fn dimension(self) -> usize {
+        match self {
+            Self::Vertex => 0,
+            Self::Line(_) => 1,
+            Self::Triangle3
+            | Self::Triangle6
+            | Self::Quadrilateral4
+            | Self::Quadrilateral8
+            | Self::Quadrilateral9 => 2,
+            Self::Tetrahedron4
+            | Self::Tetrahedron10
+            | Self::Pyramid5
+            | Self::Wedge6
+            | Self::Hexahedron8 => 3,
+        }
+    }
+
+    /// Volume and centroid of a plane or solid cell; `None` where it is folded, turned partly inside out,
+    /// without volume, or so large that numbers fail. Which way round it is does not matter.
+    pub(super) fn measure(self, nodes: &[[f64; 3]]) -> Option<Measure> {
+        let solid = self.dimension() == 3;
+        // Relative to the first node, so that digits are not lost far from the origin.
+        let origin = nodes[0];
+        let mut corners = [[0.0; 3]; MOST_NODES];
+        for (corner, node) in corners.iter_mut().zip(nodes) {
+            *corner = [node[0] - origin[0], node[1] - origin[1], node[2] - origin[2]];
+        }
+        if let Some((volume, corner_count)) = match self {
+            Self::Triangle3 => Some((0.5 * cross(corners[1], corners[2])[2], 3.0)),
+            Self::Tetrahedron4 => Some((dot(corners[3], cross(corners[1], corners[2])) / 6.0, 4.0)),
+            _ => None,
+        } {
+            let moment = std::array::from_fn(|axis| {
+                volume * corners.iter().map(|corner| corner[axis]).sum::<f64>() / corner_count
+            });
+            return sound(volume, moment, origin);
+        }
+        let rule = gauss(self.rule());
+        let heights = if solid { rule } else { &[(0.0, 1.0)] };
+        let (mut volume, mut moment, mut least, mut most) = (0.0, [0.0; 3], 0.0_f64, 0.0_f64);
+        for &(u, by_u) in rule {
+            for &(v, by_v) in rule {
+                for &(w, by_w) in heights {
+                    let (place, stretch) = self.image(&corners, [u, v, w], solid);
+                    (least, most) = (least.min(stretch), most.max(stretch));
+                    let weight = stretch * by_u * by_v * by_w;
+                    volume += weight;
+                    for axis in 0..3 {
+                        moment[axis] += weight * place[axis];
+                    }
+                }
+            }
+        }
+        if least < 0.0 && most > 0.0 {
+            return None;
+        }
+        sound(volume, moment, origin)
+    }
+
+    /// Points of Gauss's rule along each axis that volume and centroid need.
+    fn rule(self) -> usize {
+        match self {
+            Self::Tetrahedron10 => 4,
+            Self::Triangle6 | Self::Quadrilateral8 | Self::Quadrilateral9 => 3,
+            _ => 2,
+        }
+    }
+
+    /// Where a place of the unit cube comes to lie, and how much volume is stretched there.
+    fn image(
+        self,
+        corners: &[[f64; 3]; MOST_NODES],
+        [u, v, w]: [f64; 3],
+        solid: bool,
+    ) -> ([f64; 3], f64) {
+        let shapes = self.shapes([Slope::along(u, 0), Slope::along(v, 1), Slope::along(w, 2)]);
+        let mut place = [0.0; 3];
+        let mut slopes = [[0.0; 3]; 3];
+        for (shape, corner) in shapes.iter().zip(corners).take(self.nodes()) {
+            for axis in 0..3 {
+                place[axis] += shape.value * corner[axis];
+                for (slope, along) in slopes[axis].iter_mut().zip(shape.slope) {
+                    *slope += along * corner[axis];
+                }
+            }
+        }
+        let [x, y, z] = slopes;
+        let stretch = if solid { dot(x, cross(y, z)) } else { x[0] * y[1] - x[1] * y[0] };
+        (place, stretch)
+    }
+
+    /// The shape functions at a place of the unit square or cube.
+    fn shapes(self, [u, v, w]: [Slope; 3]) -> [Slope; MOST_NODES] {
+        let one = Slope::constant(1.0);
+        let two = Slope::constant(2.0);
+        let four = Slope::constant(4.0);
+        let zero = Slope::constant(0.0);
+        let mut shapes = [zero; MOST_NODES];
+        // Barycentric coordinates: the square collapses onto a triangle, the cube onto a tetrahedron.
+        let triangle = [(one - u) * (one - v), u, (one - u) * v];
+        let tetrahedron =
+            [(one - u) * (one - v) * (one - w), u, (one - u) * v, (one - u) * (one - v) * w];
+        // Bilinear ones: corners counter-clockwise.
+        let square = [(one - u) * (one - v), u * (one - v), u * v, (one - u) * v];
+        match self {
+            // The first two have no extent to speak of, the others are taken without shape functions.
+            Self::Vertex | Self::Line(_) | Self::Triangle3 | Self::Tetrahedron4 => {}
+            Self::Triangle6 => {
+                quadratic(&triangle, &[[0, 1], [1, 2], [2, 0]], &mut shapes);
+            }
+            Self::Quadrilateral4 => shapes[..4].copy_from_slice(&square),
+            Self::Quadrilateral8 => {
+                let sides = [
+                    four * u * (one - u) * (one - v),
+                    four * v * (one - v) * u,
+                    four * u * (one - u) * v,
+                    four * v * (one - v) * (one - u),
+                ];
+                for corner in 0..4 {
+                    let beside = sides[corner] + sides[(corner + 3) % 4];
+                    shapes[corner] = square[corner] - Slope::constant(0.5) * beside;
+                    shapes[4 + corner] = sides[corner];
+                }
+            }
+            Self::Quadrilateral9 => {
+                let along = |t: Slope| {
+                    [(one - t) * (one - two * t), t * (two * t - one), four * t * (one - t)]
+                };
+                let (x, y) = (along(u), along(v));
+                // Place of each node: 0 at the beginning, 1 at the end, 2 in the middle of an axis.
+                let places =
+                    [[0, 0], [1, 0], [1, 1], [0, 1], [2, 0], [1, 2], [2, 1], [0, 2], [2, 2]];
+                for (shape, [column, row]) in shapes.iter_mut().zip(places) {
+                    *shape = x[column] * y[row];
+                }
+            }
+            Self::Tetrahedron10 => {
+                let edges = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
+                quadratic(&tetrahedron, &edges, &mut shapes);
+            }
+            Self::Pyramid5 => {
+                shapes[..4].copy_from_slice(&square.map(|shape| shape * (one - w)));
+                shapes[4] = w;
+            }
+            Self::Wedge6 => {
+                shapes[..3].copy_from_slice(&triangle.map(|shape| shape * (one - w)));
+                shapes[3..6].copy_from_slice(&triangle.map(|shape| shape * w));
+            }
+            Self::Hexahedron8 => {
+                shapes[..4].copy_from_slice(&square.map(|shape| shape * (one - w)));
+                shapes[4..8].copy_from_slice(&square.map(|shape| shape * w));
+            }
+        }
+        shapes
+    }
+}
+
+/// The measure, if it is one.
+fn sound(volume: f64, moment: [f64; 3], origin: [f64; 3]) -> Option<Measure> {
+    let centroid: [f64; 3] = std::array::from_fn(|axis| origin[axis] + moment[axis] / volume);
+    let sound = volume != 0.0 && volume.is_finite() && centroid.iter().all(|x| x.is_finite());
+    sound.then_some(Measure { volume: volume.abs(), centroid })
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Shape functions of a simplex with a node in the middle of each edge.
+fn quadratic(barycentric: &[Slope], edges: &[[usize; 2]], shapes: &mut [Slope; MOST_NODES]) {
+    let (one, two, four) = (Slope::constant(1.0), Slope::constant(2.0), Slope::constant(4.0));
+    for (shape, &at) in shapes.iter_mut().zip(barycentric) {
+        *shape = at * (two * at - one);
+    }
+    for (shape, &[from, to]) in shapes[barycentric.len()..].iter_mut().zip(edges) {
+        *shape = four * barycentric[from] * barycentric[to];
+    }
+}
+
+/// Places and weights of Gauss's rule on the unit interval.
+fn gauss(points: usize) -> &'static [(f64, f64)] {
+    match points {
+        2 => &[(0.211_324_865_405_187_1, 0.5), (0.788_675_134_594_812_9, 0.5)],
+        3 => &[
+            (0.112_701_665_379_258_31, 5.0 / 18.0),
+            (0.5, 4.0 / 9.0),
+            (0.887_298_334_620_741_7, 5.0 / 18.0),
+        ],
+        _ => &[
+            (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
+            (0.330_009_478_207_571_9, 0.326_072_577_431_273_07),
+            (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
+            (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
+        ],
+    }
+}
+
+/// A number and its slope along the three axes of the unit cube.
+#[derive(Debug, Clone, Copy)]
+struct Slope {
+    value: f64,
+    slope: [f64; 3],
+}
+
+impl Slope {
+    fn constant(value: f64) -> Self {
+        Self { value, slope: [0.0; 3] }
+    }
+
+    /// The coordinate along an axis.
+    fn along(value: f64, axis: usize) -> Self {
+        let mut slope = [0.0; 3];
+        slope[axis] = 1.0;
+        Self { value, slope }
+    }
+}
+
+impl Add for Slope {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        let slope = std::array::from_fn(|k| self.slope[k] + other.slope[k]);
+        Self { value: self.value + other.value, slope }
+    }
+}
+
+impl Sub for Slope {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        let slope = std::array::from_fn(|k| self.slope[k] - other.slope[k]);
+        Self { value: self.value - other.value, slope }
+    }
+}
+
+impl Mul for Slope {
+    type Output = Self;
+    #[allow(clippy::suspicious_arithmetic_impl)] // the product rule
+    fn mul(self, other: Self) -> Self {
+        let slope =
+            std::array::from_fn(|k| self.value * other.slope[k] + other.value * self.slope[k]);
+        Self { value: self.value * other.value, slope }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KINDS: [Kind; 10] = [
+        Kind::Triangle3,
+        Kind::Triangle6,
+        Kind::Quadrilateral4,
+        Kind::Quadrilateral8,
+        Kind::Quadrilateral9,
+        Kind::Tetrahedron4,
+        Kind::Tetrahedron10,
+        Kind::Pyramid5,
+        Kind::Wedge6,
+        Kind::Hexahedron8,
+    ];
+
+    /// Corners of the reference cell, and its volume.
+    fn corners(kind: Kind) -> (Vec<[f64; 3]>, f64) {
+        let square = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let triangle = [square[0], square[1], square[3]];
+        let lifted = |base: &[[f64; 3]]| {
+            let top = base.iter().map(|&[x, y, _]| [x, y, 1.0]);
+            base.iter().copied().chain(top).collect::<Vec<_>>()
+        };
+        let tip = [0.0, 0.0, 1.0];
+        match kind {
+            Kind::Triangle3 | Kind::Triangle6 => (triangle.to_vec(), 0.5),
+            Kind::Tetrahedron4 | Kind::Tetrahedron10 => {
+                ([&triangle[..], &[tip]].concat(), 1.0 / 6.0)
+            }
+            Kind::Pyramid5 => ([&square[..], &[tip]].concat(), 1.0 / 3.0),
+            Kind::Wedge6 => (lifted(&triangle), 0.5),
+            Kind::Hexahedron8 => (lifted(&square), 1.0),
+            _ => (square.to_vec(), 1.0),
+        }
+    }
+
+    /// All nodes of the reference cell: the corners, and the middles of edges and of the whole.
+    fn nodes(kind: Kind) -> Vec<[f64; 3]> {
+        let (mut nodes, _) = corners(kind);
+        let middle = |nodes: &[[f64; 3]], of: &[usize]| {
+            [0, 1, 2].map(|k| of.iter().map(|&i| nodes[i][k]).sum::<f64>() / of.len() as f64)
+        };
+        let middles: &[&[usize]] = match kind {
+            Kind::Triangle6 => &[&[0, 1], &[1, 2], &[2, 0]],
+            Kind::Quadrilateral8 => &[&[0, 1], &[1, 2], &[2, 3], &[3, 0]],
+            Kind::Quadrilateral9 => &[&[0, 1], &[1, 2], &[2, 3], &[3, 0], &[0, 1, 2, 3]],
+            Kind::Tetrahedron10 => &[&[0, 1], &[1, 2], &[2, 0], &[0, 3], &[1, 3], &[2, 3]],
+            _ => &[],
+        };
+        for of in middles {
+            nodes.push(middle(&nodes, of));
+        }
+        assert_eq!(nodes.len(), kind.nodes());
+        nodes
+    }
+
+    fn moved(kind: Kind, motion: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<[f64; 3]> {
+        nodes(kind).into_iter().map(motion).collect()
+    }
+
+    #[test]
+    fn an_affine_cell_has_the_volume_and_centroid_of_its_corners() {
+        let affine = |[x, y, z]: [f64; 3]| {
+            [1e3 + 2.0 * x + 0.3 * y + 0.1 * z, -5.0 - 0.4 * x + y + 0.2 * z, 7.0 + 3.0 * z]
+        };
+        for kind in KINDS {
+            let (corners, reference) = corners(kind);
+            let solid = kind.dimension() == 3;
+            let stretch = (2.0 + 0.4 * 0.3) * if solid { 3.0 } else { 1.0 };
+            // The centroid of a pyramid is a quarter up from its base, all others' in the mean of the corners.
+            let mean: [f64; 3] = [0, 1, 2].map(|k| {
+                let sum = |of: &[[f64; 3]]| of.iter().map(|x| x[k]).sum::<f64>() / of.len() as f64;
+                match kind {
+                    Kind::Pyramid5 => 0.75 * sum(&corners[..4]) + 0.25 * corners[4][k],
+                    _ => sum(&corners),
+                }
+            });
+            let measure = kind.measure(&moved(kind, affine)).unwrap();
+            // Coordinates of 1e3 carry 1e-13, volumes of sides of 1 the same.
+            assert!((measure.volume / (reference * stretch) - 1.0).abs() < 1e-12, "{kind:?}");
+            for (found, wanted) in measure.centroid.iter().zip(affine(mean)) {
+                assert!((found - wanted).abs() < 1e-12 * 1e3, "{kind:?}: {measure:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn curved_cells_are_measured_exactly() {
+        // y -> y + c x (1 - x) is quadratic, keeps volumes, and lifts the centroid of the square by c / 6.
+        let c = 0.3;
+        let bent = |[x, y, z]: [f64; 3]| [x, y + c * x * (1.0 - x), z];
+        for kind in [Kind::Quadrilateral8, Kind::Quadrilateral9] {
+            let measure = kind.measure(&moved(kind, bent)).unwrap();
+            assert!((measure.volume - 1.0).abs() < 1e-14, "{kind:?}: {measure:?}");
+            assert!((measure.centroid[1] - (0.5 + c / 6.0)).abs() < 1e-14, "{measure:?}");
+        }
+        // Over the triangle and the tetrahedron the means of x(1-x) are 1/6 and 3/20.
+        for (kind, volume, height, mean) in [
+            (Kind::Triangle6, 0.5, 1.0 / 3.0, 1.0 / 6.0),
+            (Kind::Tetrahedron10, 1.0 / 6.0, 0.25, 0.15),
+        ] {
+            let measure = kind.measure(&moved(kind, bent)).unwrap();
+            assert!((measure.volume - volume).abs() < 1e-15, "{kind:?}: {measure:?}");
+            assert!((measure.centroid[1] - (height + c * mean)).abs() < 1e-15, "{measure:?}");
+        }
+    }
+
+    #[test]
+    fn trilinear_cells_are_measured_exactly() {
+        // Linear in each coordinate: the top is shrunk by a half towards z = 1, the sides are twisted. The
+        // section at z has sides 1 - z/2: volume 7/12, height of the centroid (1/2 - 1/3 + 1/16)/(7/12).
+        let tapered = |[x, y, z]: [f64; 3]| [x * (1.0 - 0.5 * z), y * (1.0 - 0.5 * z), z];
+        for (kind, share) in [(Kind::Hexahedron8, 1.0), (Kind::Wedge6, 0.5)] {
+            let measure = kind.measure(&moved(kind, tapered)).unwrap();
+            assert!((measure.volume - share * 7.0 / 12.0).abs() < 1e-15, "{kind:?}: {measure:?}");
+            let height = (0.5 - 1.0 / 3.0 + 1.0 / 16.0) * 12.0 / 7.0;
+            assert!((measure.centroid[2] - height).abs() < 1e-15, "{kind:?}: {measure:?}");
+        }
+    }
+
+    #[test]
+    fn a_cell_may_be_mirrored_but_not_folded_or_flat() {
+        for kind in KINDS {
+            let mirrored = kind.measure(&moved(kind, |[x, y, z]| [-x, y, z])).unwrap();
+            assert!((mirrored.volume - kind.measure(&nodes(kind)).unwrap().volume).abs() < 1e-15);
+            assert_eq!(kind.measure(&moved(kind, |[x, _, z]| [x, 0.0, z])), None, "{kind:?}");
+            assert_eq!(kind.measure(&moved(kind, |_| [3.0; 3])), None, "{kind:?}");
+        }
+        // Two corners swapped: a bow tie.
+        for (kind, [one, other]) in [(Kind::Quadrilateral4, [2, 3]), (Kind::Hexahedron8, [0, 1])] {
+            let mut bow = nodes(kind);
+            bow.swap(one, other);
+            assert_eq!(kind.measure(&bow), None, "{kind:?}");
+        }
+        let huge = moved(Kind::Hexahedron8, |place| place.map(|x| 1e150 * x));
+        assert_eq!(Kind::Hexahedron8.measure(&huge), None);
+    }
+}
