@@ -1,6 +1,8 @@
-# The commands of the README: `make demo` and `make test`. cargo alone builds the library.
+# The commands of the README: `make install`, `make demo` and `make test`. cargo alone builds the library.
 
 PREFIX ?= /usr/local
+LIBDIR = $(PREFIX)/lib
+INCLUDEDIR = $(PREFIX)/include
 DESTDIR ?=
 CARGO ?= cargo
 ifeq ($(origin FC),default)
@@ -14,14 +16,23 @@ ABI := $(shell sed -n 's/^const ABI_VERSION: &str = "\(.*\)";/\1/p' build.rs)
 TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
 LIB := $(TARGET)/release
 OUT := out/branching
+
+# Sources in bindings/fortran that hosts compile, in the order in which compilers want them. perion.pc and the
+# CMake files take this list; fpm finds its own order.
+FORTRAN_SOURCES := perion_c.f90
+# What the static library needs of the system: rustc's native-static-libs.
+NATIVE_LIBRARIES := -lgcc_s -lutil -lrt -lpthread -lm -ldl -lc
+
 BUILD := $(CARGO) build --release --target-dir "$(TARGET)"
 
 # A library for another machine is cargo's own business.
 unexport CARGO_BUILD_TARGET
 
-.PHONY: all library demo test install bench bindings clean
+.PHONY: all library demo test install uninstall bench bindings clean
 
 all: library
+	@echo "built: $(LIB)/libperion.so"
+	@echo "next:  make install PREFIX=$$HOME/.local, and from there README.md, section \"Install and link\""
 
 library:
 	$(BUILD) --lib
@@ -37,19 +48,14 @@ test: library
 	@CARGO="$(CARGO)" TARGET="$(TARGET)" sh scripts/test.sh
 
 # Installs what is built, and builds only what is not: as root, run make first as yourself.
-TO = $(DESTDIR)$(PREFIX)
+INSTALLATION = MAKE="$(MAKE)" LIB="$(LIB)" VERSION="$(VERSION)" ABI="$(ABI)" \
+	PREFIX="$(PREFIX)" LIBDIR="$(LIBDIR)" INCLUDEDIR="$(INCLUDEDIR)" DESTDIR="$(DESTDIR)" \
+	FORTRAN_SOURCES="$(FORTRAN_SOURCES)" NATIVE_LIBRARIES="$(NATIVE_LIBRARIES)"
 install:
-	@case "$(PREFIX)" in /*) ;; *) echo "PREFIX must be an absolute path, not '$(PREFIX)'"; exit 1 ;; esac
-	@test -f "$(LIB)/libperion.so" -a -f "$(LIB)/libperion.a" || $(MAKE) library
-	install -d "$(TO)/lib/pkgconfig" "$(TO)/include" "$(TO)/share/perion/fortran"
-	install -m 755 "$(LIB)/libperion.so" "$(TO)/lib/libperion.so.$(VERSION)"
-	ln -sf libperion.so.$(VERSION) "$(TO)/lib/libperion.so.$(ABI)"
-	ln -sf libperion.so.$(ABI) "$(TO)/lib/libperion.so"
-	install -m 644 "$(LIB)/libperion.a" "$(TO)/lib/libperion.a"
-	install -m 644 include/perion.h "$(TO)/include/perion.h"
-	install -m 644 bindings/fortran/perion_c.f90 "$(TO)/share/perion/fortran/"
-	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@VERSION@|$(VERSION)|' bindings/pkgconfig/perion.pc.in \
-		> "$(TO)/lib/pkgconfig/perion.pc"
+	@$(INSTALLATION) sh scripts/install.sh install
+
+uninstall:
+	@$(INSTALLATION) sh scripts/install.sh uninstall
 
 bench:
 	$(CARGO) bench --bench throughput
