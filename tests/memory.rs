@@ -142,6 +142,22 @@ fn every_request_for_memory_may_fail_and_the_next_try_succeeds_with_the_same_bit
 }
 
 #[test]
+fn every_request_of_a_reader_may_fail() {
+    let _alone = alone();
+    for name in [
+        "cloud.txt",
+        "tetrahedron.inp",
+        "tetrahedron_4.1_text.msh",
+        "tetrahedron_2.2_binary.msh",
+        "vertices_wide.vtu",
+    ] {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/meshes/");
+        let (points, tries) = with_ever_more_memory(|| Points::read(format!("{path}{name}")));
+        assert!(points.count() >= 20 && (tries > 1 || name == "cloud.txt"), "{name}: {tries}");
+    }
+}
+
+#[test]
 fn a_failed_request_leaves_the_state_as_it_was() {
     let _alone = alone();
     let points = plate().unwrap();

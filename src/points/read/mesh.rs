@@ -18,6 +18,8 @@ pub(super) struct Mesh {
     /// Numbers of the cells' nodes, cell after cell.
     corners: Vec<u64>,
     groups: Vec<Group>,
+    /// Whether cells with the same nodes are one and the same.
+    merges_twins: bool,
     /// The first cell with the same nodes as each cell; empty where none stands twice.
     twins: Vec<u32>,
 }
@@ -107,9 +109,13 @@ impl Mesh {
         memory::push(&mut self.groups[group.0].members, member as u32, "a group")
     }
 
-    /// Finds cells that stand in the file more than once, such as once for each group they are in: they
-    /// become one point.
-    pub(super) fn find_twins(&mut self) -> Result<()> {
+    /// Makes cells with the same nodes one: the file has a cell once for each group that it is in.
+    pub(super) fn merge_twins(&mut self) {
+        self.merges_twins = true;
+    }
+
+    /// Finds cells with the same nodes, and refuses them unless they are one or of no dimension that counts.
+    fn find_twins(&mut self, source: &Source, dimension: usize) -> Result<()> {
         // The same for any order of the nodes, in which twins may differ.
         let mix = |number: u64| (number ^ (number >> 29)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let keyed = self.cells.iter().enumerate().map(|(place, cell)| {
@@ -130,6 +136,14 @@ impl Mesh {
         for pair in keyed.windows(2) {
             let ((key, first), (next_key, second)) = (pair[0], pair[1]);
             if key == next_key && sorted_corners(first) == sorted_corners(second) {
+                let [cell, twin] = [second, first].map(|place| &self.cells[place as usize]);
+                if !self.merges_twins && cell.kind.dimension() == dimension {
+                    let text = format!(
+                        "expected nodes of its own for element {}, found those of element {}",
+                        cell.number, twin.number
+                    );
+                    return source.flaw(cell.line as usize, text);
+                }
                 twins[second as usize] = twins[first as usize];
                 any = true;
             }
@@ -160,6 +174,7 @@ impl Mesh {
             return source.flaw_of_all("its nodes or elements are more than fit");
         }
         self.find_corners(source)?;
+        self.find_twins(source, dimension)?;
         if dimension == 2 {
             self.refuse_warped(source)?;
         }

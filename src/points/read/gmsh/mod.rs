@@ -62,7 +62,7 @@ pub(super) fn read(source: &Source) -> Result<Mesh> {
         reader.end_section(section)?;
     }
     if version == Version::Two {
-        meshed.mesh.find_twins()?;
+        meshed.mesh.merge_twins();
     }
     Ok(meshed.mesh)
 }

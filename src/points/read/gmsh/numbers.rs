@@ -9,26 +9,29 @@ use crate::points::read::source::{Source, integer, real, shown};
 pub(super) struct Reader<'a> {
     source: &'a Source,
     rest: &'a [u8],
-    /// From 1; 0 in a binary file.
+    /// Line of what was read last, from 1; 0 in a binary file.
     line: usize,
+    /// Line where the rest begins.
+    next_line: usize,
     binary: bool,
 }
 
 impl<'a> Reader<'a> {
     pub(super) fn new(source: &'a Source) -> Self {
         let text = source.bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&source.bytes);
-        Self { source, rest: text, line: 1, binary: false }
+        Self { source, rest: text, line: 1, next_line: 1, binary: false }
     }
 
     /// What follows is binary where the format allows it.
     pub(super) fn read_binary(&mut self) {
-        (self.binary, self.line) = (true, 0);
+        (self.binary, self.next_line, self.line) = (true, 0, 0);
     }
 
     pub(super) fn source(&self) -> &'a Source {
         self.source
     }
 
+    /// Line of what was read last, from 1; 0 in a binary file.
     pub(super) fn line(&self) -> usize {
         self.line
     }
@@ -77,8 +80,8 @@ impl<'a> Reader<'a> {
             if let Some(rest) = self.rest.strip_prefix(b"End").and_then(|it| it.strip_prefix(name))
             {
                 let passed = &from[..from.len() - rest.len()];
-                if self.line > 0 {
-                    self.line += passed.iter().filter(|&&byte| byte == b'\n').count();
+                if self.next_line > 0 {
+                    self.next_line += passed.iter().filter(|&&byte| byte == b'\n').count();
                 }
                 self.rest = rest;
                 self.rest_of_line();
@@ -91,11 +94,12 @@ impl<'a> Reader<'a> {
 
     /// What is left of the line, without blanks around it.
     pub(super) fn rest_of_line(&mut self) -> &'a [u8] {
+        self.line = self.next_line;
         let end = self.rest.iter().position(|&byte| byte == b'\n');
         let (line, rest) = self.rest.split_at(end.unwrap_or(self.rest.len()));
         self.rest = rest.get(1..).unwrap_or(&[]);
-        if self.line > 0 && end.is_some() {
-            self.line += 1;
+        if self.next_line > 0 && end.is_some() {
+            self.next_line += 1;
         }
         line.trim_ascii()
     }
@@ -173,6 +177,7 @@ impl<'a> Reader<'a> {
 
     fn word(&mut self) -> &'a [u8] {
         self.skip_blanks();
+        self.line = self.next_line;
         let end = self.rest.iter().position(u8::is_ascii_whitespace);
         let (word, rest) = self.rest.split_at(end.unwrap_or(self.rest.len()));
         self.rest = rest;
@@ -194,8 +199,8 @@ impl<'a> Reader<'a> {
             if !byte.is_ascii_whitespace() {
                 break;
             }
-            if *byte == b'\n' && self.line > 0 {
-                self.line += 1;
+            if *byte == b'\n' && self.next_line > 0 {
+                self.next_line += 1;
             }
             self.rest = rest;
         }
