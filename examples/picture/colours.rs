@@ -5,6 +5,9 @@ pub type Colour = [u8; 3];
 pub const WHITE: Colour = [255, 255, 255];
 pub const INK: Colour = [40, 44, 52];
 pub const FAINT_INK: Colour = [118, 124, 134];
+/// Lines behind a curve, and the curve itself.
+pub const GRID: Colour = [228, 231, 236];
+pub const LINE: Colour = [190, 60, 40];
 /// For values that are not finite: a hue that the sequence does not pass.
 pub const NO_VALUE: Colour = [0, 150, 160];
 

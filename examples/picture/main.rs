@@ -1,23 +1,31 @@
-//! Draws a `.vtu` file that Perion wrote as a PNG: the points in the x-y plane, coloured by a field.
+//! Draws what Perion and the examples write as a PNG: the points of a `.vtu` file in the x-y plane,
+//! coloured by a field; a curve of a `.csv` file; or a map of one, such as velocity over place and time.
 //!
 //! `cargo run --release --example picture -- plate_000100.vtu plate.png --field damage`
 
 // The library's promise to survive exhausted memory does not extend to this tool.
 #![allow(clippy::disallowed_methods, clippy::disallowed_macros)]
 
+mod axes;
+mod bar;
+mod cells;
 mod colours;
+mod curve;
+mod map;
 mod options;
 mod raster;
 mod scene;
 mod sheet;
+mod table;
 mod text;
 mod vtu;
 
 use std::fs;
 use std::process::ExitCode;
 
-use options::{Options, Request, USAGE};
+use options::{Kind, Options, Request, USAGE};
 use scene::Scene;
+use table::Table;
 use vtu::VtuFile;
 
 fn main() -> ExitCode {
@@ -38,10 +46,15 @@ fn main() -> ExitCode {
 }
 
 fn draw(options: &Options) -> Result<(), String> {
-    let scene = VtuFile::read(&options.input)
-        .and_then(|file| Scene::new(&file, options))
-        .map_err(|text| format!("{}: {text}", options.input))?;
-    let png = sheet::compose(&scene, options.width).to_png()?;
+    let input = options.input.as_str();
+    let canvas = match options.kind {
+        Kind::Points => VtuFile::read(input)
+            .and_then(|file| Scene::new(&file, options))
+            .map(|scene| sheet::compose(&scene, options.width)),
+        Kind::Curve => Table::read(input).and_then(|table| curve::compose(&table, options)),
+        Kind::Map => Table::read(input).and_then(|table| map::compose(&table, options)),
+    };
+    let png = canvas.map_err(|text| format!("{input}: {text}"))?.to_png()?;
     fs::write(&options.output, png)
         .map_err(|reason| format!("cannot write {}: {reason}", options.output))
 }

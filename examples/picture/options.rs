@@ -1,21 +1,36 @@
 //! What the command line asks for.
 
 pub const USAGE: &str = "\
-usage: picture INPUT.vtu OUTPUT.png [options]
+usage: picture INPUT OUTPUT.png [options]
+
+INPUT is a .vtu file that Perion wrote, drawn as points in the x-y plane, or a .csv file:
+  --curve                   its second column over its first; the first line names them
+  --map                     its rows, from below, as colours; its first line is
+                            'label across,first,last,label up,first,last,label of the values'
 
   --field NAME              colour by this field (damage); NAME is the magnitude of a vector,
                             NAME.x, NAME.y, NAME.z or NAME.0, NAME.1, ... one component
   --range LO HI             values at the ends of the colours (least and greatest value drawn)
   --width PIXELS            width of the picture, 320 to 4096 (1600)
+  --title TEXT              what stands above it
   --scale-displacement S    show the field 'displacement' S times as large
   --slice Z                 only the layer of points nearest to this height";
+
+#[derive(Clone, Copy)]
+pub enum Kind {
+    Points,
+    Curve,
+    Map,
+}
 
 pub struct Options {
     pub input: String,
     pub output: String,
+    pub kind: Kind,
     pub field: String,
     pub range: Option<(f64, f64)>,
     pub width: usize,
+    pub title: Option<String>,
     pub displacement_scale: Option<f64>,
     pub slice: Option<f64>,
 }
@@ -30,9 +45,11 @@ impl Request {
         let mut options = Options {
             input: String::new(),
             output: String::new(),
+            kind: Kind::Points,
             field: "damage".into(),
             range: None,
             width: 1600,
+            title: None,
             displacement_scale: None,
             slice: None,
         };
@@ -43,7 +60,10 @@ impl Request {
                 || arguments.next().ok_or(format!("{option} needs a value; see --help"));
             match option {
                 "--help" | "-h" => return Ok(Self::Help),
+                "--curve" => options.kind = Kind::Curve,
+                "--map" => options.kind = Kind::Map,
                 "--field" => options.field = value()?,
+                "--title" => options.title = Some(value()?),
                 "--range" => {
                     let (low, high) = (number(option, &value()?)?, number(option, &value()?)?);
                     if low >= high {
@@ -70,7 +90,7 @@ impl Request {
             }
         }
         [options.input, options.output] = <[String; 2]>::try_from(files).map_err(|files| {
-            format!("needs INPUT.vtu and OUTPUT.png, not {} file names; see --help", files.len())
+            format!("needs INPUT and OUTPUT.png, not {} file names; see --help", files.len())
         })?;
         Ok(Self::Draw(options))
     }

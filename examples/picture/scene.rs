@@ -1,6 +1,8 @@
 //! What is drawn: where the points are, how large, and what value each has.
 
+use crate::cells;
 use crate::options::Options;
+use crate::table::extremes;
 use crate::vtu::VtuFile;
 
 /// Points examined to estimate the spacing: a median needs no more.
@@ -13,12 +15,14 @@ const DRAWABLE: std::ops::Range<f64> = 1e-300..1e300;
 pub struct Dot {
     pub position: [f64; 3],
     pub value: f64,
+    /// How far it reaches at most, in a cloud of uneven spacing.
+    pub reach: Option<f64>,
 }
 
 pub struct Scene {
     /// From the lowest to the highest, so that the highest is drawn last.
     pub dots: Vec<Dot>,
-    /// Size of a dot along x and y.
+    /// Size of a dot along x and y, in a cloud of even spacing.
     pub size: [f64; 2],
     /// Values at the ends of the colours.
     pub range: (f64, f64),
@@ -28,13 +32,17 @@ pub struct Scene {
 
 impl Scene {
     pub fn new(file: &VtuFile, options: &Options) -> Result<Self, String> {
-        let (title, values) = scalar(file, &options.field)?;
+        let (name, values) = scalar(file, &options.field)?;
+        let title = options.title.clone().unwrap_or(name);
         let mut positions = file.positions()?;
+        let reaches = cells::reaches(&positions);
         if let Some(scale) = options.displacement_scale {
             exaggerate(file, &mut positions, scale)?;
         }
-        let dots =
-            positions.into_iter().zip(values).map(|(position, value)| Dot { position, value });
+        let dots = positions.into_iter().zip(values).enumerate().map(|(k, (position, value))| {
+            let reach = reaches.as_ref().map(|reaches| reaches[k]);
+            Dot { position, value, reach }
+        });
         let mut dots: Vec<Dot> =
             dots.filter(|dot| dot.position.iter().all(|x| x.is_finite())).collect();
         if dots.is_empty() {
@@ -63,7 +71,7 @@ impl Scene {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for dot in &self.dots {
             for axis in 0..2 {
-                let half = 0.5 * self.size[axis];
+                let half = dot.reach.unwrap_or(0.5 * self.size[axis]);
                 low[axis] = low[axis].min(dot.position[axis] - half);
                 high[axis] = high[axis].max(dot.position[axis] + half);
             }
@@ -148,12 +156,6 @@ fn range(dots: &[Dot]) -> (f64, f64) {
     } else {
         (0.0, 1.0)
     }
-}
-
-fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-        (low.min(value), high.max(value))
-    })
 }
 
 /// The median distance to the nearest neighbour along each axis, where at least half the points have one.

@@ -1,5 +1,7 @@
 //! The page: the points, the title above them, the bar of colours beside them.
 
+use crate::bar::Bar;
+use crate::cells::Cells;
 use crate::colours::{self, FAINT_INK, INK, NO_VALUE};
 use crate::raster::Canvas;
 use crate::scene::Scene;
@@ -19,28 +21,25 @@ struct Layout {
     plot: [usize; 2],
     plot_size: [usize; 2],
     bar: [usize; 2],
-    bar_size: [usize; 2],
+    bar_height: usize,
     height: usize,
 }
 
 pub fn compose(scene: &Scene, width: usize) -> Canvas {
     let font = Font::for_width(width);
-    let labels = [scene.range.1, scene.range.0].map(number);
-    let layout = Layout::new(scene, width, font, &labels);
+    let bar = Bar::new(font, scene.range);
+    let layout = Layout::new(scene, width, font, &bar);
     let mut canvas = Canvas::white(width, layout.height);
     canvas.place(&draw_dots(scene, layout.plot_size), OVERSAMPLING, layout.plot);
     draw_title(&mut canvas, scene, font, &layout);
-    draw_bar(&mut canvas, font, &layout, &labels);
+    bar.draw(&mut canvas, layout.bar, layout.bar_height);
     canvas
 }
 
 impl Layout {
-    fn new(scene: &Scene, width: usize, font: Font, labels: &[String]) -> Self {
+    fn new(scene: &Scene, width: usize, font: Font, bar: &Bar) -> Self {
         let margin = width / 32;
-        let bar_width = font.height();
-        let label = labels.iter().map(|label| font.width(label)).max().unwrap_or(0);
-        let legend = bar_width + font.height() / 2 + label;
-        let room = width.saturating_sub(3 * margin + legend).max(width / 4);
+        let room = width.saturating_sub(3 * margin + bar.width()).max(width / 4);
         let ([left, bottom], [right, top]) = scene.bounds();
         let scale = (room as f64 / (right - left)).min(TALLEST * width as f64 / (top - bottom));
         let pixels = |extent: f64| ((extent * scale).round() as usize).max(1);
@@ -54,7 +53,7 @@ impl Layout {
             plot: [plot_left, content_top + (content_height - plot_size[1]) / 2],
             plot_size,
             bar: [plot_left + plot_size[0] + margin, content_top],
-            bar_size: [bar_width, content_height],
+            bar_height: content_height,
             height: content_top + content_height + margin,
         }
     }
@@ -62,18 +61,23 @@ impl Layout {
 
 fn draw_dots(scene: &Scene, size: [usize; 2]) -> Canvas {
     let [width, height] = size.map(|pixels| pixels * OVERSAMPLING);
-    let mut canvas = Canvas::white(width, height);
+    let mut cells = Cells::over(Canvas::white(width, height));
     let ([left, bottom], [right, top]) = scene.bounds();
     let scale = [width as f64 / (right - left), height as f64 / (top - bottom)];
     let half = [0, 1].map(|axis| 0.5 * OVERLAP * scene.size[axis] * scale[axis]);
     for dot in &scene.dots {
         let centre = [(dot.position[0] - left) * scale[0], (top - dot.position[1]) * scale[1]];
+        let colour = scene.fraction(dot.value).map_or(NO_VALUE, colours::colour);
+        if let Some(reach) = dot.reach {
+            cells.draw(centre, reach * scale[0], colour);
+            continue;
+        }
         let first = [0, 1].map(|axis| (centre[axis] - half[axis]).round() as i64);
         let end =
             [0, 1].map(|axis| ((centre[axis] + half[axis]).round() as i64).max(first[axis] + 1));
-        canvas.fill(first, end, scene.fraction(dot.value).map_or(NO_VALUE, colours::colour));
+        cells.canvas.fill(first, end, colour);
     }
-    canvas
+    cells.finish()
 }
 
 fn draw_title(canvas: &mut Canvas, scene: &Scene, font: Font, layout: &Layout) {
@@ -83,20 +87,4 @@ fn draw_title(canvas: &mut Canvas, scene: &Scene, font: Font, layout: &Layout) {
         let left = layout.title_right.saturating_sub(font.width(&text));
         font.write(canvas, &text, [left, layout.margin], FAINT_INK);
     }
-}
-
-fn draw_bar(canvas: &mut Canvas, font: Font, layout: &Layout, [high, low]: &[String; 2]) {
-    let [left, top] = layout.bar.map(|pixels| pixels as i64);
-    let [width, height] = layout.bar_size.map(|pixels| pixels as i64);
-    for row in 0..height {
-        let fraction = 1.0 - row as f64 / (height - 1).max(1) as f64;
-        let colour = colours::colour(fraction);
-        canvas.fill([left, top + row], [left + width, top + row + 1], colour);
-    }
-    // Digits flush with the ends of the bar.
-    let [above, below] = font.blank_rows();
-    let text_left = layout.bar[0] + layout.bar_size[0] + font.height() / 2;
-    let text_bottom = layout.bar[1] + layout.bar_size[1] + below - font.height();
-    font.write(canvas, high, [text_left, layout.bar[1] - above], INK);
-    font.write(canvas, low, [text_left, text_bottom], INK);
 }

@@ -1,0 +1,136 @@
+//! The frame of a plot: two axes with ticks at round numbers, and the lettering around them.
+
+use crate::colours::{FAINT_INK, GRID, INK};
+use crate::raster::Canvas;
+use crate::text::{Font, number};
+
+/// About how many ticks an axis has.
+const TICKS: f64 = 6.0;
+
+pub struct Axis {
+    label: String,
+    low: f64,
+    high: f64,
+    step: f64,
+}
+
+impl Axis {
+    /// From `low` to `high`, with ticks at steps of 1, 2 or 5 times a power of ten.
+    pub fn new(label: &str, low: f64, high: f64) -> Result<Self, String> {
+        let rough = (high - low) / TICKS;
+        if !(rough > 0.0 && rough.log10().abs() < 300.0) {
+            return Err(format!("its '{label}' goes from {low} to {high}"));
+        }
+        let power = 10_f64.powf(rough.log10().floor());
+        let step = match rough / power {
+            ..1.5 => power,
+            1.5..3.5 => 2.0 * power,
+            3.5..7.5 => 5.0 * power,
+            _ => 10.0 * power,
+        };
+        Ok(Self { label: label.into(), low, high, step })
+    }
+
+    /// The axis as far as its next ticks.
+    pub fn rounded(self) -> Self {
+        let step = self.step;
+        let (low, high) = ((self.low / step).floor() * step, (self.high / step).ceil() * step);
+        Self { low, high, ..self }
+    }
+
+    /// Where `value` lies, from 0 at the lower end to 1 at the upper.
+    fn fraction(&self, value: f64) -> f64 {
+        (value - self.low) / (self.high - self.low)
+    }
+
+    fn ticks(&self) -> Vec<f64> {
+        let step = self.step;
+        // Ticks that rounding alone puts beyond the ends belong to them.
+        let (first, last) = (self.low / step - 1e-6, self.high / step + 1e-6);
+        (first.ceil() as i64..=last.floor() as i64).map(|tick| tick as f64 * step).collect()
+    }
+}
+
+/// Where the plot lies, in pixels.
+pub struct Frame {
+    pub corner: [usize; 2],
+    pub size: [usize; 2],
+    font: Font,
+    margin: usize,
+    across: Axis,
+    up: Axis,
+}
+
+impl Frame {
+    /// A plot in a picture of this width, half as high as it is wide, with some room left free on its right.
+    pub fn new(width: usize, [across, up]: [Axis; 2], titled: bool, right: usize) -> Self {
+        let (font, margin) = (Font::for_width(width), width / 32);
+        let label = up.ticks().into_iter().map(|tick| font.width(&number(tick))).max().unwrap_or(0);
+        let left = margin + label + font.height() / 2;
+        // The label of the last tick is centred below it.
+        let size = [width.saturating_sub(left + right + 2 * margin).max(width / 4), width * 7 / 16];
+        let lines = if titled { 4 } else { 2 };
+        Self { corner: [left, margin + lines * font.height()], size, font, margin, across, up }
+    }
+
+    /// Height of the whole picture.
+    pub fn picture_height(&self) -> usize {
+        self.corner[1] + self.size[1] + 3 * self.font.height() + self.margin
+    }
+
+    /// The pixel of a place in the plot.
+    pub fn pixel(&self, across: f64, up: f64) -> [f64; 2] {
+        let [right, down] = [self.across.fraction(across), 1.0 - self.up.fraction(up)];
+        [0, 1].map(|axis| self.corner[axis] as f64 + [right, down][axis] * self.size[axis] as f64)
+    }
+
+    /// The value halfway along the pixel in so many of the plot's columns, and rows from above.
+    pub fn place(&self, column: usize, row: usize) -> [f64; 2] {
+        let share = |pixel: usize, axis: usize| (pixel as f64 + 0.5) / self.size[axis] as f64;
+        let (right, up) = (share(column, 0), 1.0 - share(row, 1));
+        [
+            self.across.low + right * (self.across.high - self.across.low),
+            self.up.low + up * (self.up.high - self.up.low),
+        ]
+    }
+
+    /// Faint lines across the plot at the ticks of the upright axis.
+    pub fn draw_grid(&self, canvas: &mut Canvas) {
+        for tick in self.up.ticks() {
+            let colour = if tick == 0.0 { FAINT_INK } else { GRID };
+            let [left, row] = self.pixel(self.across.low, tick).map(|pixel| pixel.round() as i64);
+            canvas.fill([left, row - 1], [left + self.size[0] as i64, row + 1], colour);
+        }
+    }
+
+    /// The axes with their ticks, numbers and labels, and the title.
+    pub fn draw(&self, canvas: &mut Canvas, title: Option<&str>) {
+        let (font, [left, top]) = (self.font, self.corner);
+        let (right, bottom) = (left + self.size[0], top + self.size[1]);
+        let whole = |[x, y]: [usize; 2]| [x as i64, y as i64];
+        canvas.fill(whole([left - 2, top]), whole([left, bottom + 2]), INK);
+        canvas.fill(whole([left, bottom]), whole([right, bottom + 2]), INK);
+        let length = font.height() / 3;
+        for tick in self.across.ticks() {
+            let column = self.pixel(tick, self.up.low)[0].round() as usize;
+            canvas.fill(whole([column - 1, bottom]), whole([column + 1, bottom + length]), INK);
+            let text = number(tick);
+            let text_left = column.saturating_sub(font.width(&text) / 2);
+            font.write(canvas, &text, [text_left, bottom + length], INK);
+        }
+        for tick in self.up.ticks() {
+            let row = self.pixel(self.across.low, tick)[1].round() as usize;
+            canvas.fill(whole([left - length, row - 1]), whole([left, row + 1]), INK);
+            let text = number(tick);
+            let text_left = left.saturating_sub(font.width(&text) + length + font.height() / 6);
+            font.write(canvas, &text, [text_left, row - font.height() / 2], INK);
+        }
+        let under = bottom + length + font.height() * 5 / 4;
+        let label_left = right.saturating_sub(font.width(&self.across.label));
+        font.write(canvas, &self.across.label, [label_left, under], FAINT_INK);
+        font.write(canvas, &self.up.label, [self.margin, top - font.height() * 7 / 4], FAINT_INK);
+        if let Some(title) = title {
+            font.write(canvas, title, [self.margin, self.margin], INK);
+        }
+    }
+}
