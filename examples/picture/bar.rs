@@ -2,6 +2,7 @@
 
 use crate::colours::{self, INK};
 use crate::raster::Canvas;
+use crate::table::extremes;
 use crate::text::{Font, number};
 
 pub struct Bar {
@@ -34,5 +35,17 @@ impl Bar {
         let text_left = left + font.height() * 3 / 2;
         font.write(canvas, &self.high, [text_left, top - above], INK);
         font.write(canvas, &self.low, [text_left, top + height + below - font.height()], INK);
+    }
+}
+
+/// The range of the finite values, widened if there is only one.
+pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (low, high) = extremes(values.filter(|value| value.is_finite()));
+    if low < high {
+        (low, high)
+    } else if low.is_finite() && low != 0.0 {
+        (low.min(0.0), low.max(0.0))
+    } else {
+        (0.0, 1.0)
     }
 }

@@ -19,7 +19,7 @@ pub fn compose(table: &Table, options: &Options) -> Result<Canvas, String> {
     let mut canvas = Canvas::white(options.width, frame.picture_height());
     frame.draw_grid(&mut canvas);
     let line: Vec<[f64; 2]> = table.rows.iter().map(|row| frame.pixel(row[0], row[1])).collect();
-    draw_line(&mut canvas, &line, options.width as f64 / 500.0);
+    draw_line(&mut canvas, &line, options.width as f64 / 400.0);
     frame.draw(&mut canvas, title);
     Ok(canvas)
 }

@@ -1,11 +1,11 @@
 //! A map: the numbers of a table as colours over two axes, row upon row.
 
 use crate::axes::{Axis, Frame};
-use crate::bar::Bar;
+use crate::bar::{self, Bar};
 use crate::colours;
 use crate::options::Options;
 use crate::raster::Canvas;
-use crate::table::{Table, extremes, numbers};
+use crate::table::{Table, numbers};
 use crate::text::Font;
 
 pub fn compose(table: &Table, options: &Options) -> Result<Canvas, String> {
@@ -15,18 +15,18 @@ pub fn compose(table: &Table, options: &Options) -> Result<Canvas, String> {
     let ends = numbers([first, last, bottom, top].into_iter().map(String::as_str))
         .map_err(|text| format!("line 1: {text}"))?;
     let (low, high) =
-        options.range.unwrap_or_else(|| extremes(table.rows.iter().flatten().copied()));
+        options.range.unwrap_or_else(|| bar::range(table.rows.iter().flatten().copied()));
     let axes = [Axis::new(across, ends[0], ends[1])?, Axis::new(up, ends[2], ends[3])?];
 
     let font = Font::for_width(options.width);
-    let bar = Bar::new(font, (low, high));
+    let legend = Bar::new(font, (low, high));
     let margin = options.width / 32;
-    let frame = Frame::new(options.width, axes, true, bar.width() + margin);
+    let frame = Frame::new(options.width, axes, true, legend.width() + margin);
     let mut canvas = Canvas::white(options.width, frame.picture_height());
     draw_cells(&mut canvas, &frame, table, &ends, (low, high));
     frame.draw(&mut canvas, Some(options.title.as_deref().unwrap_or(values)));
     let [left, top] = frame.corner;
-    bar.draw(&mut canvas, [left + frame.size[0] + margin, top], frame.size[1]);
+    legend.draw(&mut canvas, [left + frame.size[0] + margin, top], frame.size[1]);
     Ok(canvas)
 }
 

@@ -1,5 +1,6 @@
 //! What is drawn: where the points are, how large, and what value each has.
 
+use crate::bar;
 use crate::cells;
 use crate::options::Options;
 use crate::table::extremes;
@@ -55,7 +56,7 @@ impl Scene {
             keep_layer(&mut dots, height, dz.unwrap_or(size[0].max(size[1])))?;
         }
         dots.sort_by(|a, b| a.position[2].total_cmp(&b.position[2]));
-        let range = options.range.unwrap_or_else(|| range(&dots));
+        let range = options.range.unwrap_or_else(|| bar::range(dots.iter().map(|dot| dot.value)));
         let scene = Self { dots, size, range, title, time: file.time()? };
         let (low, high) = scene.bounds();
         let drawable = |axis: usize| DRAWABLE.contains(&(high[axis] - low[axis]));
@@ -143,18 +144,6 @@ fn keep_layer(dots: &mut Vec<Dot>, height: f64, thickness: f64) -> Result<(), St
             let (low, high) = extremes(heights());
             Err(format!("has no points near z = {height}; they lie from {low} to {high}"))
         }
-    }
-}
-
-/// The range of the finite values, widened if there is only one.
-fn range(dots: &[Dot]) -> (f64, f64) {
-    let (low, high) = extremes(dots.iter().map(|dot| dot.value).filter(|value| value.is_finite()));
-    if low < high {
-        (low, high)
-    } else if low.is_finite() && low != 0.0 {
-        (low.min(0.0), low.max(0.0))
-    } else {
-        (0.0, 1.0)
     }
 }
 

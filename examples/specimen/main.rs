@@ -5,7 +5,8 @@
 //! balance until it breaks beside the hole.
 //!
 //! `cargo run --release --example specimen -- [mesh, examples/specimen/specimen.msh]
-//! [curve, specimen_rust.csv] [output file, specimen_rust.pvd]`
+//! [curve, specimen_rust.csv] [output file, specimen_rust.pvd]`, and for a picture
+//! `cargo run --release --example picture -- specimen_rust.csv curve.png --curve`
 //!
 //! In order: points and sets from the mesh, model, simulation, conditions, step, results. Perion takes
 //! any units that fit together: here mm, ms and g, and so m/s, N, MPa and mJ. The same program stands

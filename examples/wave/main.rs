@@ -5,7 +5,8 @@
 //! as the energy that it takes to stretch it: points near the surface lack bonds, which makes a thin
 //! bar softer than its material.
 //!
-//! `cargo run --release --example wave -- [points along the bar, 200] [output file, wave_rust.csv]`
+//! `cargo run --release --example wave -- [points along the bar, 200] [output file, wave_rust.csv]`,
+//! and for a picture `cargo run --release --example picture -- wave_rust.csv wave.png --map --range 0 2`
 //!
 //! In order: points and sets, model, simulation, a state set by hand, conditions, step, results. Units
 //! are mm, ms and g, and so m/s, MPa and mJ. The same program stands beside this one in C; both print
