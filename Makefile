@@ -15,7 +15,7 @@ VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
 ABI := $(shell sed -n 's/^const ABI_VERSION: &str = "\(.*\)";/\1/p' build.rs)
 TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
 LIB := $(TARGET)/release
-OUT := out/branching
+OUT := out
 
 # Sources in bindings/fortran that hosts compile, in the order in which compilers want them. perion.pc and the
 # CMake files take this list; fpm finds its own order.
@@ -38,7 +38,7 @@ library:
 	$(BUILD) --lib
 	@ln -sf libperion.so "$(LIB)/libperion.so.$(ABI)"
 
-# A plate cracks and branches, computed from C, Fortran and Rust; the hashes are equal.
+# A specimen is pulled apart and a plate branches, from C, Fortran and Rust; the hashes are equal.
 demo: library
 	@CARGO="$(CARGO)" CC="$(CC)" CFLAGS="$(CFLAGS)" FC="$(FC)" FFLAGS="$(FFLAGS)" TARGET="$(TARGET)" \
 	OUT="$(OUT)" sh scripts/demo.sh

@@ -1,5 +1,5 @@
 #!/bin/sh
-# The branching plate from C, Fortran and Rust: runs, hashes, pictures. Called by `make demo`.
+# The examples of README.md from C, Fortran and Rust: runs, hashes, pictures. Called by `make demo`.
 set -eu
 . scripts/need.sh
 
@@ -11,45 +11,91 @@ linked() {
     "$@" -L"$lib" -lperion -lm -Wl,-rpath,"$lib"
 }
 
-mkdir -p "$OUT"
-rm -f "$OUT"/*.vtu "$OUT"/*.pvd
-
-run() {
-    echo
-    echo "== $1 =="
-    language=$2
-    shift 2
-    "$@" "$points" "$OUT/$language.pvd" | tee "$OUT/$language.txt"
+# An example begins: what an earlier run has left of it goes.
+begin() {
+    example=$1
+    out=$OUT/$example
+    languages=
+    mkdir -p "$out"
+    rm -f "$out"/*.vtu "$out"/*.pvd "$out"/*.csv "$out"/*.txt
 }
 
-linked $CC -std=c11 $CFLAGS -Iinclude examples/branching/main.c -o "$OUT/branching_c"
-run "C" c "$OUT/branching_c"
+# Runs a program, and keeps what it prints.
+run() {
+    echo
+    echo "== $example in $1 =="
+    language=$2
+    languages="$languages $language"
+    shift 2
+    "$@" | tee "$out/$language.txt"
+}
 
-languages="c rust"
-if need "$FC" gfortran gcc-gfortran "the Fortran part of the demo"; then
-    linked $FC -std=f2018 $FFLAGS -J "$OUT" bindings/fortran/perion_c.f90 \
-        examples/branching/main.f90 -o "$OUT/branching_fortran"
-    run "Fortran" fortran "$OUT/branching_fortran"
-    languages="c fortran rust"
-fi
+in_c() {
+    linked $CC -std=c11 $CFLAGS -Iinclude "examples/$example/main.c" -o "$out/${example}_c"
+    run C c "$out/${example}_c" "$@"
+}
 
-$CARGO build --release --target-dir "$TARGET" --quiet --example branching --example picture
-run "Rust" rust "$lib/examples/branching"
+in_fortran() {
+    need "$FC" gfortran gcc-gfortran "the Fortran part of the demo" || return 0
+    linked $FC -std=f2018 $FFLAGS -J "$out" bindings/fortran/perion_c.f90 \
+        "examples/$example/main.f90" -o "$out/${example}_fortran"
+    run Fortran fortran "$out/${example}_fortran" "$@"
+}
 
-echo
-hashes=
-for language in $languages; do
-    hash=$(sed -n 's/^hash *//p' "$OUT/$language.txt")
-    printf '%-8s %s\n' "$language" "$hash"
-    hashes="$hashes$hash
-"
-done
-if [ -z "$hash" ] || [ "$(printf '%s' "$hashes" | sort -u | wc -l)" -ne 1 ]; then
-    echo "the hashes differ"
-    exit 1
-fi
+in_rust() {
+    run Rust rust "$lib/examples/$example" "$@"
+}
 
-last=$(ls "$OUT"/c_*.vtu | tail -n 1)
-"$lib/examples/picture" "$last" "$OUT/damage.png" --field damage --range 0 0.5
-echo "picture:   $OUT/damage.png"
-echo "ParaView:  $OUT/c.pvd"
+# The languages have the same results, to the last bit.
+same_hashes() {
+    echo
+    for language in $languages; do
+        printf '%-8s %s\n' "$language" "$(sed -n 's/^hash *//p' "$out/$language.txt")"
+    done | tee "$out/hashes.txt"
+    if grep -q ' $' "$out/hashes.txt"; then
+        echo "a program has not come to its end"
+        exit 1
+    elif [ "$(awk '{ print $2 }' "$out/hashes.txt" | sort -u | wc -l)" -ne 1 ]; then
+        echo "the hashes differ"
+        exit 1
+    fi
+}
+
+# Draws a file as a picture beside it.
+picture() {
+    drawn=$out/$2.png
+    from=$1
+    shift 2
+    "$lib/examples/picture" "$from" "$drawn" "$@"
+    echo "picture:   $drawn"
+}
+
+last() {
+    ls "$out"/c_*.vtu | tail -n 1
+}
+
+branching() {
+    begin branching
+    in_c "$points" "$out/c.pvd"
+    in_fortran "$points" "$out/fortran.pvd"
+    in_rust "$points" "$out/rust.pvd"
+    same_hashes
+    picture "$(last)" damage --range 0 0.5
+    echo "ParaView:  $out/c.pvd"
+}
+
+specimen() {
+    begin specimen
+    mesh=examples/specimen/specimen.msh
+    in_c $mesh "$out/c.csv" "$out/c.pvd"
+    in_rust $mesh "$out/rust.csv" "$out/rust.pvd"
+    same_hashes
+    picture "$(last)" damage --range 0 0.5 --scale-displacement 10
+    picture "$out/c.csv" curve --curve --width 1200 --title "force on the grip"
+    echo "ParaView:  $out/c.pvd"
+}
+
+$CARGO build --release --target-dir "$TARGET" --quiet \
+    --example branching --example specimen --example picture
+specimen
+branching
