@@ -19,7 +19,7 @@ OUT := out
 
 # Sources in bindings/fortran that hosts compile, in the order in which compilers want them. perion.pc and the
 # CMake files take this list; fpm finds its own order.
-FORTRAN_SOURCES := perion_c.f90
+FORTRAN_SOURCES := perion_c.f90 perion_support.f90 perion.f90 perion_library.f90 perion_points.f90 perion_model.f90 perion_setup.f90 perion_conditions.f90 perion_fields.f90 perion_drive.f90
 # What the static library needs of the system: rustc's native-static-libs.
 NATIVE_LIBRARIES := -lgcc_s -lutil -lrt -lpthread -lm -ldl -lc
 
@@ -41,7 +41,7 @@ library:
 # A specimen is pulled apart and a plate branches, from C, Fortran and Rust; the hashes are equal.
 demo: library
 	@CARGO="$(CARGO)" CC="$(CC)" CFLAGS="$(CFLAGS)" FC="$(FC)" FFLAGS="$(FFLAGS)" TARGET="$(TARGET)" \
-	OUT="$(OUT)" sh scripts/demo.sh
+	FORTRAN_SOURCES="$(FORTRAN_SOURCES)" OUT="$(OUT)" sh scripts/demo.sh
 
 # Everything: style, unit tests, reference numbers, properties, C, Fortran, installation, README.
 test: library

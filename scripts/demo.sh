@@ -37,8 +37,10 @@ in_c() {
 
 in_fortran() {
     need "$FC" gfortran gcc-gfortran "the Fortran part of the demo" || return 0
-    linked $FC -std=f2018 $FFLAGS -J "$out" bindings/fortran/perion_c.f90 \
-        "examples/$example/main.f90" -o "$out/${example}_fortran"
+    sources=
+    for source in $FORTRAN_SOURCES; do sources="$sources bindings/fortran/$source"; done
+    linked $FC -std=f2018 $FFLAGS -J "$out" $sources "examples/$example/main.f90" \
+        -o "$out/${example}_fortran"
     run Fortran fortran "$out/${example}_fortran" "$@"
 }
 

@@ -1,41 +1,47 @@
-!> Runs all tests of the Fortran interfaces. Argument: a directory to write files to.
+!> Runs all tests of the module. Argument: a directory to write files to.
 program fortran_tests
   use, intrinsic :: ieee_arithmetic
   use balance_tests, only: test_balance
-  use bond_tests, only: test_bonds
-  use condition_tests, only: test_conditions
+  use bonds_tests, only: test_bonds
+  use callback_tests, only: test_callbacks
+  use conditions_tests, only: test_conditions
   use drive_tests, only: test_drive
-  use field_tests, only: test_fields
-  use file_tests, only: test_files
+  use fields_tests, only: test_fields
+  use files_tests, only: test_files
+  use host_floats_tests, only: test_host_floats
+  use life_cycle_tests, only: test_life_cycle
   use model_tests, only: test_model
   use points_tests, only: test_points
+  use raw_tests, only: test_raw
   use setup_tests, only: test_setup
   use testing, only: finish, temporary_directory
   use version_tests, only: test_version
-  use view_tests, only: test_views
+  use views_tests, only: test_views
   implicit none
-
   logical :: halting(size(ieee_usual))
   integer :: length
 
   call get_command_argument(1, length=length)
   allocate (character(length) :: temporary_directory)
   call get_command_argument(1, temporary_directory)
-
   ! Valgrind knows no traps; everywhere else the compiler was told to set them.
   call ieee_get_halting_mode(ieee_usual, halting)
   print '(2a)', 'traps ', merge('on ', 'off', all(halting))
 
+  call test_raw()
   call test_version()
   call test_points()
   call test_model()
   call test_setup()
+  call test_bonds()
   call test_conditions()
   call test_fields()
-  call test_bonds()
+  call test_views()
   call test_drive()
   call test_balance()
-  call test_views()
   call test_files()
+  call test_callbacks()
+  call test_host_floats()
+  call test_life_cycle()
   call finish()
 end program fortran_tests

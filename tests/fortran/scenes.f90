@@ -1,25 +1,33 @@
-!> The bodies that the tests work on, in units in which spacing, density and Young's modulus are 1: then
-!> waves run about one spacing in a unit of time.
+!> The bodies that the tests work on, in units in which spacing, density and Young's modulus are 1:
+!> then waves run about one spacing in a unit of time.
 module scenes
   use, intrinsic :: iso_c_binding
-  use perion_c
-  use testing, only: assert_ok, c
+  use perion
+  use testing, only: same_bits
   implicit none
   private
-  public :: across_middle, broken_bonds, columns, destroy, make_material, make_plate, make_plate_points
-  public :: make_steps, plate_count, pull, rows
+  public :: across_middle, broken_bonds, columns, make_model, make_plate, make_points, make_steps
+  public :: pattern, plate_count, pull, rows, same, state, take_state
 
   integer, parameter :: columns = 16, rows = 9
-  integer(c_int64_t), parameter :: plate_count = columns * rows
-
+  integer, parameter :: plate_count = columns * rows
   real(c_double), parameter :: critical_stretch = 0.02_c_double
+
+  !> What a simulation of the plate is, as far as calls can tell.
+  type :: state
+    real(c_double), dimension(2, plate_count) :: displacement = 0, velocity = 0
+    real(c_double) :: time = 0
+    integer :: steps = 0
+    real(c_double), allocatable :: integrity(:)
+  end type state
 
 contains
 
-  !> A plate of columns x rows points, x fastest, its corner in the origin; its first and last column
-  !> are the sets "left" and "right". A `factor` gives it that many times the columns and rows.
-  subroutine make_plate_points(points, factor)
-    type(c_ptr), intent(inout) :: points
+  !> A plate of columns x rows points, x fastest, its corner in the origin; its first and last
+  !> column are the sets 'left' and 'right'. A `factor` gives it that many times the columns and
+  !> rows.
+  subroutine make_points(points, factor)
+    type(perion_points), intent(inout) :: points
     integer, optional, intent(in) :: factor
     real(c_double) :: width, height
 
@@ -29,87 +37,111 @@ contains
       width = factor * width
       height = factor * height
     end if
-    call assert_ok(perion_points_create_block(2, [0.0_c_double, 0.0_c_double], [width, height], &
-        1.0_c_double, points))
-    call assert_ok(perion_points_add_set_box(points, c('left'), [0.0_c_double, 0.0_c_double], &
-        [1.0_c_double, height]))
-    call assert_ok(perion_points_add_set_box(points, c('right'), &
-        [width - 1.0_c_double, 0.0_c_double], [width, height]))
-  end subroutine make_plate_points
+    call points%create_block([0d0, 0d0], [width, height], 1d0)
+    call points%add_set_box('left', [0d0, 0d0], [1d0, height])
+    call points%add_set_box('right', [width - 1, 0d0], [width, height])
+  end subroutine make_points
 
   !> A material whose bonds break at a stretch of 0.02 when it is `brittle`.
-  subroutine make_material(model, brittle)
-    type(c_ptr), intent(inout) :: model
+  subroutine make_model(model, brittle)
+    type(perion_model), intent(inout) :: model
     logical, intent(in) :: brittle
 
-    call assert_ok(perion_model_create(c('bond_based'), model))
-    call assert_ok(perion_model_set(model, c('density'), 1.0_c_double))
-    call assert_ok(perion_model_set(model, c('youngs_modulus'), 1.0_c_double))
-    call assert_ok(perion_model_set(model, c('horizon'), 3.015_c_double))
-    if (brittle) call assert_ok(perion_model_set(model, c('critical_stretch'), critical_stretch))
-  end subroutine make_material
+    call model%create('bond_based')
+    call model%set('density', 1d0)
+    call model%set('youngs_modulus', 1d0)
+    call model%set('horizon', 3.015d0)
+    if (brittle) call model%set('critical_stretch', critical_stretch)
+  end subroutine make_model
 
   subroutine make_plate(simulation, brittle, factor)
-    type(c_ptr), intent(inout) :: simulation
+    type(perion_simulation), intent(inout) :: simulation
     logical, intent(in) :: brittle
     integer, optional, intent(in) :: factor
-    type(c_ptr) :: points, model
+    type(perion_points) :: points
+    type(perion_model) :: model
 
-    points = c_null_ptr
-    model = c_null_ptr
-    call make_plate_points(points, factor)
-    call make_material(model, brittle)
-    call assert_ok(perion_simulation_create(points, model, simulation))
-    call assert_ok(perion_points_destroy(points))
-    call assert_ok(perion_model_destroy(model))
+    call make_points(points, factor)
+    call make_model(model, brittle)
+    call simulation%create(points, model)
+    call points%destroy()
+    call model%destroy()
   end subroutine make_plate
 
   !> Pulls the left and right edge of a plate apart, fast enough to tear a brittle one in 40 steps.
   subroutine pull(simulation)
-    type(c_ptr), intent(in) :: simulation
+    type(perion_simulation), intent(inout) :: simulation
 
-    call assert_ok(perion_simulation_prescribe(simulation, c('left'), &
-        PERION_QUANTITY_VELOCITY, 0, -0.02_c_double))
-    call assert_ok(perion_simulation_prescribe(simulation, c('right'), &
-        PERION_QUANTITY_VELOCITY, 0, 0.02_c_double))
+    call simulation%prescribe('left', PERION_QUANTITY_VELOCITY, 1, -0.02d0)
+    call simulation%prescribe('right', PERION_QUANTITY_VELOCITY, 1, 0.02d0)
   end subroutine pull
 
   !> Steps as long as is known to be stable.
   subroutine make_steps(simulation, steps)
-    type(c_ptr), intent(in) :: simulation
+    type(perion_simulation), intent(inout) :: simulation
     integer, intent(in) :: steps
     real(c_double) :: time_step
 
-    call assert_ok(perion_simulation_stable_time_step(simulation, time_step))
-    call assert_ok(perion_simulation_step(simulation, time_step, int(steps, c_int64_t)))
+    call simulation%stable_time_step(time_step)
+    call simulation%step(time_step, steps)
   end subroutine make_steps
 
   function broken_bonds(simulation)
-    type(c_ptr), intent(in) :: simulation
+    type(perion_simulation), intent(in) :: simulation
     integer(c_int64_t) :: broken_bonds
     type(perion_health) :: health
 
-    call perion_health_init(health, c_sizeof(health))
-    call assert_ok(perion_simulation_health(simulation, health))
+    call simulation%health(health)
     broken_bonds = health%broken_bonds
   end function broken_bonds
 
-  !> Which of these pairs of points (from 0) have one in the left and one in the right half.
+  !> Which of these pairs of points have one in the left and one in the right half.
   function across_middle(pairs)
-    integer(c_int64_t), intent(in) :: pairs(:, :)
+    integer, intent(in) :: pairs(:, :)
     logical :: across_middle(size(pairs, 2)), left(2)
     integer :: k
 
     do k = 1, size(pairs, 2)
-      left = mod(pairs(:, k), int(columns, c_int64_t)) < columns / 2
+      left = mod(pairs(:, k) - 1, columns) < columns / 2
       across_middle(k) = left(1) .neqv. left(2)
     end do
   end function across_middle
 
-  subroutine destroy(simulation)
-    type(c_ptr), intent(inout) :: simulation
+  !> Numbers without a pattern that an error could hide in.
+  function pattern(components, count) result(values)
+    integer, intent(in) :: components, count
+    real(c_double) :: values(components, count)
+    integer :: point, component
 
-    call assert_ok(perion_simulation_destroy(simulation))
-  end subroutine destroy
+    do point = 1, count
+      do component = 1, components
+        values(component, point) = 1e-3_c_double * sin(real(7 * point + 3 * component, c_double))
+      end do
+    end do
+  end function pattern
+
+  subroutine take_state(simulation, now)
+    type(perion_simulation), intent(in) :: simulation
+    type(state), intent(out) :: now
+    integer :: count
+
+    call simulation%get(PERION_FIELD_DISPLACEMENT, now%displacement)
+    call simulation%get(PERION_FIELD_VELOCITY, now%velocity)
+    call simulation%time(now%time)
+    call simulation%step_count(now%steps)
+    call simulation%bond_count(count)
+    allocate (now%integrity(count))
+    call simulation%get_bonds(integrity=now%integrity)
+  end subroutine take_state
+
+  function same(one, other)
+    type(state), intent(in) :: one, other
+    logical :: same
+
+    same = all(same_bits(one%displacement, other%displacement)) &
+        .and. all(same_bits(one%velocity, other%velocity)) &
+        .and. same_bits(one%time, other%time) .and. one%steps == other%steps
+    if (same) same = all(same_bits(one%integrity, other%integrity))
+  end function same
 
 end module scenes

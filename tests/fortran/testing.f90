@@ -1,12 +1,12 @@
-!> What every test uses: running, asserting, counting, and turning texts of C into texts of Fortran.
+!> What every test uses: running, asserting, counting.
 module testing
   use, intrinsic :: ieee_arithmetic
   use, intrinsic :: iso_c_binding
   use, intrinsic :: iso_fortran_env, only: int64
-  use perion_c
+  use perion
   implicit none
   private
-  public :: assert, assert_ok, assert_refused, c, close_to, finish, run, same_bits, text, to_text
+  public :: assert, assert_fails, assert_fine, close_to, finish, infinity, nan, run, same_bits
   public :: temporary_directory
 
   !> Where tests may write files.
@@ -14,15 +14,6 @@ module testing
 
   character(:), allocatable :: current_file, current_test
   integer :: passed = 0, failed = 0, flaws = 0
-
-  interface
-    !> Of the C library: the length of a text.
-    pure function strlen(text) bind(c)
-      import :: c_ptr, c_size_t
-      type(c_ptr), value, intent(in) :: text
-      integer(c_size_t) :: strlen
-    end function strlen
-  end interface
 
 contains
 
@@ -67,63 +58,25 @@ contains
     print '(6a)', current_file, ': ', current_test, ': ', reason
   end subroutine assert
 
-  subroutine assert_ok(status)
+  !> A call that was given an error has not failed.
+  subroutine assert_fine(error)
+    type(perion_error), allocatable, intent(in) :: error
+
+    if (allocated(error)) call assert(.false., error%message)
+  end subroutine assert_fine
+
+  !> A call has failed for the right reason: its text has these words in it.
+  subroutine assert_fails(error, status, words)
+    type(perion_error), allocatable, intent(in) :: error
     integer(c_int32_t), intent(in) :: status
-
-    if (status == PERION_OK) return
-    call assert(.false., text(perion_status_string(status)) // ': ' // text(perion_last_error()))
-  end subroutine assert_ok
-
-  !> The call was refused for the right reason: its text has these words in it.
-  subroutine assert_refused(status, expected, words)
-    integer(c_int32_t), intent(in) :: status, expected
     character(*), intent(in) :: words
 
-    call assert(status == expected, 'expected ' // text(perion_status_string(expected)) // &
-        ', not ' // text(perion_status_string(status)))
-    call assert(index(text(perion_last_error()), words) > 0, &
-        'no "' // words // '" in "' // text(perion_last_error()) // '"')
-  end subroutine assert_refused
-
-  !> A text as C takes it.
-  pure function c(fortran)
-    character(*), intent(in) :: fortran
-    character(:, c_char), allocatable :: c
-
-    c = fortran // c_null_char
-  end function c
-
-  !> A text of C as one of Fortran; "(null)" for none.
-  function text(pointer)
-    type(c_ptr), intent(in) :: pointer
-    character(:), allocatable :: text
-    character(kind=c_char), pointer :: letters(:)
-    integer :: place
-
-    text = '(null)'
-    if (.not. c_associated(pointer)) return
-    call c_f_pointer(pointer, letters, [strlen(pointer)])
-    text = repeat(' ', size(letters))
-    do place = 1, size(letters)
-      text(place:place) = letters(place)
-    end do
-  end function text
-
-  !> A text that C hands to a callback as an array of letters.
-  function to_text(letters)
-    character(kind=c_char), intent(in) :: letters(*)
-    character(:), allocatable :: to_text
-    integer :: length, place
-
-    length = 0
-    do while (letters(length + 1) /= c_null_char)
-      length = length + 1
-    end do
-    to_text = repeat(' ', length)
-    do place = 1, length
-      to_text(place:place) = letters(place)
-    end do
-  end function to_text
+    call assert(allocated(error), 'a call that should fail with "' // words // '" has not')
+    if (.not. allocated(error)) return
+    call assert(error%status == status, 'expected ' // perion_status_string(status) // ', not ' // &
+        perion_status_string(error%status) // ': ' // error%message)
+    call assert(index(error%message, words) > 0, 'no "' // words // '" in "' // error%message // '"')
+  end subroutine assert_fails
 
   !> Equal to the last bit; plus and minus zero differ.
   elemental function same_bits(one, other)
@@ -139,5 +92,17 @@ contains
 
     close_to = abs(value - expected) <= tolerance
   end function close_to
+
+  function infinity()
+    real(c_double) :: infinity
+
+    infinity = transfer(int(z'7ff0000000000000', int64), infinity)
+  end function infinity
+
+  function nan()
+    real(c_double) :: nan
+
+    nan = transfer(int(z'7ff8000000000000', int64), nan)
+  end function nan
 
 end module testing

@@ -22,18 +22,26 @@ use std::process::Command;
 use common::{in_crate, run, there_is};
 use compilers::{directory, fortran};
 
-const INTERFACES: &str = "bindings/fortran/perion_c.f90";
+/// What hosts compile, in the order of the makefile.
+fn module_sources() -> Vec<PathBuf> {
+    let makefile = fs::read_to_string(in_crate("Makefile")).unwrap();
+    let list = makefile.lines().find_map(|line| line.strip_prefix("FORTRAN_SOURCES := ")).unwrap();
+    list.split_whitespace().map(|name| in_crate("bindings/fortran").join(name)).collect()
+}
 
 #[test]
 fn the_fortran_tests_pass_with_all_traps_set() {
     if !there_is("gfortran") {
         return;
     }
-    let directory = directory("traps");
-    let printed = run(Command::new(fortran_tests(&directory)).arg(&directory));
-    let lines: Vec<&str> = printed.lines().collect();
-    assert_eq!(lines.first().map(|line| line.trim()), Some("traps on"), "{printed}");
-    assert!(lines.last().is_some_and(|line| line.ends_with(" passed, 0 failed")), "{printed}");
+    for optimisation in ["-O0", "-O2"] {
+        let directory = directory(&format!("traps{optimisation}"));
+        let tests = fortran_tests(&directory, optimisation);
+        let printed = run(Command::new(tests).arg(&directory));
+        let lines: Vec<&str> = printed.lines().collect();
+        assert_eq!(lines.first().map(|line| line.trim()), Some("traps on"), "{printed}");
+        assert!(lines.last().is_some_and(|line| line.ends_with(" passed, 0 failed")), "{printed}");
+    }
 }
 
 #[test]
@@ -46,29 +54,176 @@ fn the_fortran_tests_leave_no_memory_behind() {
     valgrind
         .args(["-q", "--error-exitcode=9", "--leak-check=full"])
         .args(["--errors-for-leak-kinds=definite,possible", "--show-leak-kinds=definite,possible"])
-        .arg(fortran_tests(&directory))
+        .arg(fortran_tests(&directory, "-O0"))
         .arg(&directory);
     run(&mut valgrind);
 }
 
 #[test]
-fn every_interface_is_called_from_a_fortran_test() {
-    let interfaces = fs::read_to_string(in_crate(INTERFACES)).unwrap();
-    let names: Vec<&str> = interfaces
-        .split("bind(c, name=\"")
-        .skip(1)
-        .filter_map(|rest| rest.split_once('"').map(|(name, _)| name))
-        .collect();
-    assert!(names.len() > 50, "the interfaces are not read: {names:?}");
-
-    let mut tests = String::new();
-    for file in test_sources() {
-        let text = fs::read_to_string(file).unwrap();
-        tests.extend(text.lines().filter(|line| !line.trim_start().starts_with('!')));
+fn what_must_not_go_on_ends_the_program_with_a_text() {
+    if !there_is("gfortran") {
+        return;
     }
-    let uncalled: Vec<&str> =
-        names.into_iter().filter(|name| !tests.contains(&format!("{name}("))).collect();
+    let directory = directory("stops");
+    let mut sources = module_sources();
+    sources.push(in_crate("tests/fortran/stops/main.f90"));
+    let program = fortran(&directory, "stops", &sources, "-O2");
+    run(Command::new(&program).arg("nothing"));
+    for (which, words) in [
+        ("points", "perion_points cannot be assigned, since handles do not copy; pass the object"),
+        ("model", "perion_model cannot be assigned"),
+        (
+            "an empty model",
+            "perion_model cannot be assigned, since handles do not copy; call destroy",
+        ),
+        (
+            "simulation",
+            "perion_simulation cannot be assigned, since handles do not copy; call create",
+        ),
+        ("part of a type", "perion_model cannot be assigned"),
+        ("failure without error", "perion_model_set: 'density' is -1"),
+    ] {
+        let output = Command::new(&program).arg(which).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{which}: {said}");
+        assert!(said.contains(&format!("ERROR STOP {words}")), "{which}: {said}");
+    }
+}
+
+#[test]
+fn threads_of_the_host_have_objects_of_their_own() {
+    if !there_is("gfortran") {
+        return;
+    }
+    let directory = directory("threads");
+    let mut sources = module_sources();
+    sources.push(in_crate("tests/fortran/threads/main.f90"));
+    let program = fortran(&directory, "threads", &sources, "-fopenmp");
+    assert_eq!(run(&mut Command::new(program)).trim(), "T");
+}
+
+#[test]
+fn the_module_compiles_where_integers_and_reals_are_of_64_bits() {
+    if !there_is("gfortran") {
+        return;
+    }
+    for (name, options) in [
+        ("wide_integers", vec!["-fdefault-integer-8"]),
+        ("wide_reals", vec!["-fdefault-real-8", "-fdefault-double-8"]),
+    ] {
+        let mut compiler = Command::new("gfortran");
+        let directory = directory(name);
+        compiler
+            .current_dir(directory)
+            .args(["-std=f2018", "-Wall", "-Werror", "-c"])
+            .args(options);
+        run(compiler.args(module_sources()).arg(in_crate("tests/fortran/stops/main.f90")));
+    }
+}
+
+#[test]
+fn the_module_has_no_names_but_its_own() {
+    if !there_is("gfortran") {
+        return;
+    }
+    let page = fs::read_to_string(in_crate("bindings/fortran/perion.f90")).unwrap();
+    let public: Vec<&str> = page
+        .lines()
+        .filter_map(|line| line.trim_start().strip_prefix("public :: "))
+        .flat_map(|names| names.split(", "))
+        .collect();
+    let mut host = String::from("program host\n  use perion\n  implicit none\n");
+    for name in interface_names().iter().filter(|name| !public.contains(&name.as_str())) {
+        host.push_str(&format!("  integer :: {name}\n"));
+    }
+    for name in ["c_ptr", "c_double", "raw_view", "function_holder", "ok", "check", "step_int64"] {
+        host.push_str(&format!("  integer :: {name}\n"));
+    }
+    host.push_str("end program host\n");
+    let directory = directory("names");
+    let source = directory.join("host.f90");
+    fs::write(&source, host).unwrap();
+    let mut sources = module_sources();
+    sources.push(source);
+    let mut compiler = Command::new("gfortran");
+    run(compiler.current_dir(&directory).args(["-std=f2018", "-c"]).args(sources));
+}
+
+#[test]
+fn every_interface_is_called_by_the_module() {
+    let names = interface_names();
+    assert!(names.len() > 50, "the interfaces are not read: {names:?}");
+    let mut page = String::new();
+    let mut bodies = String::new();
+    for file in module_sources() {
+        match file.file_name().unwrap().to_str().unwrap() {
+            "perion_c.f90" => {}
+            "perion.f90" => page = code(&file),
+            _ => bodies.push_str(&code(&file)),
+        }
+    }
+    // What needs no other form in Fortran goes on under its name.
+    let passed_on = page.split("use perion_support").next().unwrap();
+    let uncalled: Vec<&String> = names
+        .iter()
+        .filter(|name| {
+            let renamed = bodies.lines().find_map(|line| {
+                let (before, _) = line.split_once(&format!(" => {name}"))?;
+                before.rsplit([' ', ',']).next().map(str::to_owned)
+            });
+            let called = renamed.unwrap_or_else(|| (*name).clone());
+            !bodies.contains(&format!("{called}(")) && !passed_on.contains(&format!("{name},"))
+        })
+        .collect();
+    assert!(uncalled.is_empty(), "the module does not call {uncalled:?}");
+    let constants = fs::read_to_string(in_crate("bindings/fortran/perion_c.f90")).unwrap();
+    for line in constants.lines().filter(|line| line.contains(", parameter :: PERION_")) {
+        let name = line.split(" :: ").nth(1).unwrap().split(' ').next().unwrap();
+        assert!(page.matches(name).count() > 1, "{name} is not passed on");
+    }
+}
+
+#[test]
+fn every_procedure_of_the_module_is_called_from_a_fortran_test() {
+    let page = code(&in_crate("bindings/fortran/perion.f90"));
+    let tests: String = test_sources().iter().map(|file| code(file)).collect();
+    let mut uncalled = Vec::new();
+    let mut procedures = 0;
+    for text in page.split("  type :: perion_").skip(1) {
+        let (object, rest) = text.split_once('\n').unwrap();
+        let bound = rest.split("end type").next().unwrap();
+        for line in bound.lines().map(str::trim) {
+            let declared =
+                line.strip_prefix("generic :: ").or_else(|| line.strip_prefix("procedure :: "));
+            let Some((name, _)) = declared.and_then(|it| it.split_once(" => ")) else { continue };
+            procedures += 1;
+            if name != "assignment(=)" && !tests.contains(&format!("{object}%{name}(")) {
+                uncalled.push(format!("{object}%{name}"));
+            }
+        }
+    }
+    assert!(procedures > 50, "the types are not read");
+    let functions = page.lines().filter_map(|line| line.strip_prefix("  interface perion_"));
+    for name in functions.map(|name| format!("perion_{name}")) {
+        if !tests.contains(&format!("{name}(")) {
+            uncalled.push(name);
+        }
+    }
     assert!(uncalled.is_empty(), "no Fortran test calls {uncalled:?}");
+}
+
+/// The names of all functions in perion_c.
+fn interface_names() -> Vec<String> {
+    let interfaces = fs::read_to_string(in_crate("bindings/fortran/perion_c.f90")).unwrap();
+    let parts = interfaces.split("bind(c, name=\"").skip(1);
+    parts.map(|part| part.split('"').next().unwrap().to_owned()).collect()
+}
+
+/// A Fortran file without its comments.
+fn code(file: &Path) -> String {
+    let text = fs::read_to_string(file).unwrap();
+    let lines = text.lines().filter(|line| !line.trim_start().starts_with('!'));
+    lines.map(|line| format!("{line}\n")).collect()
 }
 
 #[test]
@@ -84,7 +239,8 @@ fn the_example_prints_the_same_in_c_fortran_and_rust() {
         return;
     }
     let directory = directory("twins");
-    let sources = [in_crate(INTERFACES), in_crate("examples/branching/main.f90")];
+    let mut sources = module_sources();
+    sources.push(in_crate("examples/branching/main.f90"));
     let in_fortran = fortran(&directory, "fortran", &sources, "-O2");
     let in_c = compilers::c(&directory, "c", &in_crate("examples/branching/main.c"));
 
@@ -118,10 +274,10 @@ fn results(printed: &str) -> Vec<String> {
     lines
 }
 
-fn fortran_tests(directory: &Path) -> PathBuf {
-    let mut sources = vec![in_crate(INTERFACES)];
+fn fortran_tests(directory: &Path, optimisation: &str) -> PathBuf {
+    let mut sources = module_sources();
     sources.extend(test_sources());
-    fortran(directory, "tests", &sources, "-O0")
+    fortran(directory, "tests", &sources, optimisation)
 }
 
 /// All files of the tests: first what they share, last the program.

@@ -23,7 +23,7 @@ fn files(directory: &Path) -> Vec<PathBuf> {
 }
 
 /// The value of a line `beginning value` in a file of the source tree.
-fn setting(file: &str, beginning: &str) -> String {
+pub fn setting(file: &str, beginning: &str) -> String {
     let text = fs::read_to_string(in_crate(file)).unwrap();
     let value = text.lines().find_map(|line| line.strip_prefix(beginning));
     value.unwrap_or_else(|| panic!("no '{beginning}' in {file}")).trim().to_owned()

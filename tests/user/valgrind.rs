@@ -1,6 +1,7 @@
 //! The demo in short form under valgrind, against the installed library.
 
 use crate::common::{in_crate, place, run, there_is};
+use crate::install::setting;
 use crate::{prefix, rpath};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -19,7 +20,9 @@ fn example(place: &Path, language: &str) -> PathBuf {
         command.args(["-std=f2018", "-g", "-O1", "-Wall", "-Wextra", "-Werror"]);
         command.args(["-fcheck=all", "-finit-real=snan", "-ffpe-trap=zero,invalid,overflow"]);
         command.arg("-J").arg(place);
-        command.arg(prefix().join("share/perion/fortran/perion_c.f90"));
+        let sources = setting("Makefile", "FORTRAN_SOURCES :=");
+        let installed = prefix().join("share/perion/fortran");
+        command.args(sources.split_whitespace().map(|name| installed.join(name)));
         command.arg(in_crate("examples/branching/main.f90"));
         command
     };

@@ -1,16 +1,15 @@
 !> Files for ParaView: single ones and series.
-module file_tests
+module files_tests
   use, intrinsic :: iso_c_binding
-  use perion_c
+  use perion
   use scenes
   use testing
   implicit none
   private
   public :: test_files
 
-  character(*), parameter :: file = 'files.f90'
+  character(*), parameter :: file = 't800_files'
   integer(c_int32_t), parameter :: fields(*) = [PERION_FIELD_DISPLACEMENT, PERION_FIELD_DAMAGE]
-  integer(c_int64_t), parameter :: field_count = size(fields)
 
 contains
 
@@ -21,49 +20,54 @@ contains
   end subroutine test_files
 
   subroutine one_file()
-    type(c_ptr) :: simulation
+    type(perion_simulation) :: simulation
+    character(200) :: path
 
-    simulation = c_null_ptr
     call make_plate(simulation, brittle=.false.)
-    call assert_ok(perion_simulation_write_vtk(simulation, &
-        c(temporary_directory // '/plate.vtu'), field_count, fields))
+    path = temporary_directory // '/plate.vtu'
+    call simulation%write_vtk(path, fields)
     call assert(lines_with('/plate.vtu', '<VTKFile ') == 1, 'it is no VTK file')
     call assert(lines_with('/plate.vtu', '"displacement"') == 1, 'it lacks the displacement')
     call assert(lines_with('/plate.vtu', '"damage"') == 1, 'it lacks the damage')
-    call destroy(simulation)
+    call simulation%write_vtk(temporary_directory // '/bare.vtu')
+    call assert(lines_with('/bare.vtu', '<VTKFile ') == 1, 'without fields it is no VTK file')
+    call assert(lines_with('/bare.vtu', '"damage"') == 0, 'it has a field that nobody wanted')
+    call simulation%destroy()
   end subroutine one_file
 
   subroutine series()
-    type(c_ptr) :: simulation
+    type(perion_simulation) :: simulation
     integer :: k
 
-    simulation = c_null_ptr
     call make_plate(simulation, brittle=.true.)
     call pull(simulation)
     do k = 1, 3
       call make_steps(simulation, 10)
-      call assert_ok(perion_simulation_write_series(simulation, &
-          c(temporary_directory // '/series.pvd'), field_count, fields))
+      call simulation%write_series(temporary_directory // '/series.pvd', fields)
     end do
-    call assert(lines_with('/series.pvd', '<DataSet ') == 3, 'the series does not list three files')
+    call simulation%write_series(temporary_directory // '/series.pvd')
+    call assert(lines_with('/series.pvd', '<DataSet ') == 4, 'the series does not list four files')
     call assert(lines_with('/series_000002.vtu', '<VTKFile ') == 1, 'the third file is no VTK file')
-    call destroy(simulation)
+    call simulation%destroy()
   end subroutine series
 
   subroutine unwritable()
-    type(c_ptr) :: simulation
+    type(perion_simulation) :: simulation
+    type(perion_error), allocatable :: error
 
-    simulation = c_null_ptr
     call make_plate(simulation, brittle=.false.)
-    call assert_refused(perion_simulation_write_vtk(simulation, &
-        c(temporary_directory // '/no/such/directory/plate.vtu'), field_count, fields), &
-        PERION_ERROR_IO, 'cannot write')
-    call assert_refused(perion_simulation_write_vtk(simulation, &
-        c(temporary_directory // '/twice.vtu'), 2_c_int64_t, [fields(1), fields(1)]), &
-        PERION_ERROR_ARGUMENT, 'named twice')
-    call assert_refused(perion_simulation_write_series(simulation, &
-        c(temporary_directory // '/series.vtu'), field_count, fields), PERION_ERROR_ARGUMENT, '.pvd')
-    call destroy(simulation)
+    call simulation%write_vtk(temporary_directory // '/no/such/directory/plate.vtu', fields, error)
+    call assert_fails(error, PERION_ERROR_IO, 'cannot write')
+    call simulation%write_vtk(temporary_directory // '/twice.vtu', [fields(1), fields(1)], error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, 'named twice')
+    call simulation%write_vtk(temporary_directory // '/99.vtu', [99], error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, "'fields'[0] is 99")
+    call simulation%write_vtk('', error=error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, 'perion_simulation_write_vtk')
+    call simulation%write_series(temporary_directory // '/series.vtu', fields, error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, '.pvd')
+    call assert(lines_with('/twice.vtu', '') == -1, 'a refused call has written a file')
+    call simulation%destroy()
   end subroutine unwritable
 
   !> Number of lines with these words in a file, as far as it is text; -1 when it is not there.
@@ -85,4 +89,4 @@ contains
     close (unit)
   end function lines_with
 
-end module file_tests
+end module files_tests

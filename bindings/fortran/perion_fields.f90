@@ -1,0 +1,277 @@
+!> Simulations: fields copied, set, summed and lent.
+submodule (perion) fields_procedures
+  use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_sizeof
+  use perion_c, only: perion_simulation_borrow, perion_simulation_borrow_const, &
+      perion_simulation_get, perion_simulation_get_strided, perion_simulation_return, &
+      perion_simulation_set, perion_simulation_set_strided, perion_simulation_sum, perion_view_init
+  use perion_support
+  implicit none
+
+  !> The fields with one number an axis, and those with one number. A field of a later library is in
+  !> neither: then the library is the one to refuse a shape.
+  integer(c_int32_t), parameter :: vectors(*) = [PERION_FIELD_REFERENCE_POSITION, &
+      PERION_FIELD_POSITION, PERION_FIELD_DISPLACEMENT, PERION_FIELD_VELOCITY, &
+      PERION_FIELD_ACCELERATION, PERION_FIELD_INTERNAL_FORCE, PERION_FIELD_BODY_FORCE, &
+      PERION_FIELD_REACTION]
+  integer(c_int32_t), parameter :: scalars(*) = [PERION_FIELD_VOLUME, PERION_FIELD_DENSITY, &
+      PERION_FIELD_DAMAGE, PERION_FIELD_STRAIN_ENERGY_DENSITY, &
+      PERION_FIELD_DISSIPATED_ENERGY_DENSITY, PERION_FIELD_NEIGHBOR_COUNT, &
+      PERION_FIELD_TIME_STEP_ESTIMATE]
+
+contains
+
+  module procedure get_vectors
+    character(*), parameter :: call = 'perion_simulation_get'
+    real(c_double), pointer, contiguous :: start(:)
+    real(c_double), allocatable :: packed(:, :)
+    integer(c_int64_t) :: components, count, stride
+    integer :: flaw
+
+    if (.not. fits(self, call, field, shape(values, c_int64_t), set, error)) return
+    components = size(values, 1, c_int64_t)
+    count = size(values, 2, c_int64_t)
+    call in_place(values, start, stride)
+    if (associated(start)) then
+      call check(fetched(self, field, start, components, count, stride, set), error)
+    else
+      allocate (packed(components, count), stat=flaw)
+      if (.not. room(flaw, call, error)) return
+      if (ok(fetched(self, field, packed, components, count, components, set), error)) values = packed
+    end if
+  end procedure get_vectors
+
+  module procedure get_scalars
+    character(*), parameter :: call = 'perion_simulation_get'
+    real(c_double), pointer, contiguous :: start(:)
+    real(c_double), allocatable :: packed(:)
+    integer(c_int64_t) :: count, stride
+    integer :: flaw
+
+    if (.not. fits(self, call, field, shape(values, c_int64_t), set, error)) return
+    count = size(values, kind=c_int64_t)
+    call in_place(values, start, stride)
+    if (associated(start)) then
+      call check(fetched(self, field, start, 1_c_int64_t, count, stride, set), error)
+    else
+      allocate (packed(count), stat=flaw)
+      if (.not. room(flaw, call, error)) return
+      if (ok(fetched(self, field, packed, 1_c_int64_t, count, 1_c_int64_t, set), error)) values = packed
+    end if
+  end procedure get_scalars
+
+  !> Copies a field into numbers of the host that are `stride` apart from point to point.
+  recursive function fetched(self, field, values, components, count, stride, set) result(status)
+    class(perion_simulation), intent(in) :: self
+    integer(c_int32_t), intent(in) :: field
+    real(c_double), intent(inout) :: values(*)
+    integer(c_int64_t), intent(in) :: components, count, stride
+    character(*), optional, intent(in) :: set
+    integer(c_int32_t) :: status
+
+    if (present(set)) then
+      status = perion_simulation_get_strided(self%handle, c_text(set), field, values, count, stride)
+    else if (stride == components) then
+      status = perion_simulation_get(self%handle, field, values, components * count)
+    else
+      status = perion_simulation_get_strided(self%handle, field=field, values=values, count=count, &
+          stride=stride)
+    end if
+  end function fetched
+
+  module procedure set_vectors
+    character(*), parameter :: call = 'perion_simulation_set'
+    real(c_double), pointer, contiguous :: start(:)
+    real(c_double), allocatable :: packed(:, :)
+    integer(c_int64_t) :: components, count, stride
+    integer :: flaw
+
+    if (.not. fits(self, call, field, shape(values, c_int64_t), set, error)) return
+    components = size(values, 1, c_int64_t)
+    count = size(values, 2, c_int64_t)
+    call in_place(values, start, stride)
+    if (associated(start)) then
+      call check(stored(self, field, start, components, count, stride, set), error)
+    else
+      allocate (packed(components, count), stat=flaw)
+      if (.not. room(flaw, call, error)) return
+      packed(:, :) = values
+      call check(stored(self, field, packed, components, count, components, set), error)
+    end if
+  end procedure set_vectors
+
+  module procedure set_scalars
+    character(*), parameter :: call = 'perion_simulation_set'
+    real(c_double), pointer, contiguous :: start(:)
+    real(c_double), allocatable :: packed(:)
+    integer(c_int64_t) :: count, stride
+    integer :: flaw
+
+    if (.not. fits(self, call, field, shape(values, c_int64_t), set, error)) return
+    count = size(values, kind=c_int64_t)
+    call in_place(values, start, stride)
+    if (associated(start)) then
+      call check(stored(self, field, start, 1_c_int64_t, count, stride, set), error)
+    else
+      allocate (packed(count), stat=flaw)
+      if (.not. room(flaw, call, error)) return
+      packed(:) = values
+      call check(stored(self, field, packed, 1_c_int64_t, count, 1_c_int64_t, set), error)
+    end if
+  end procedure set_scalars
+
+  !> Sets a field from numbers of the host that are `stride` apart from point to point.
+  recursive function stored(self, field, values, components, count, stride, set) result(status)
+    class(perion_simulation), intent(in) :: self
+    integer(c_int32_t), intent(in) :: field
+    real(c_double), intent(in) :: values(*)
+    integer(c_int64_t), intent(in) :: components, count, stride
+    character(*), optional, intent(in) :: set
+    integer(c_int32_t) :: status
+
+    if (present(set)) then
+      status = perion_simulation_set_strided(self%handle, c_text(set), field, values, count, stride)
+    else if (stride == components) then
+      status = perion_simulation_set(self%handle, field, values, components * count)
+    else
+      status = perion_simulation_set_strided(self%handle, field=field, values=values, count=count, &
+          stride=stride)
+    end if
+  end function stored
+
+  module procedure sum_components
+    if (.not. adds_up(self, field, size(components, kind=c_int64_t), 1, error)) return
+    call check(summed(self, field, components, set), error)
+  end procedure sum_components
+
+  module procedure sum_scalar
+    real(c_double) :: numbers(3)
+
+    if (.not. adds_up(self, field, 1_c_int64_t, 0, error)) return
+    if (ok(summed(self, field, numbers, set), error)) components = numbers(1)
+  end procedure sum_scalar
+
+  recursive function summed(self, field, components, set) result(status)
+    class(perion_simulation), intent(in) :: self
+    integer(c_int32_t), intent(in) :: field
+    real(c_double), intent(inout) :: components(*)
+    character(*), optional, intent(in) :: set
+    integer(c_int32_t) :: status
+
+    if (present(set)) then
+      status = perion_simulation_sum(self%handle, field, c_text(set), components)
+    else
+      status = perion_simulation_sum(self%handle, field, components=components)
+    end if
+  end function summed
+
+  !> Whether there is a simulation, and an array has the shape of one of its fields.
+  recursive function fits(self, call, field, extents, set, error)
+    class(perion_simulation), intent(in) :: self
+    character(*), intent(in) :: call
+    integer(c_int32_t), intent(in) :: field
+    integer(c_int64_t), intent(in) :: extents(:)
+    character(*), optional, intent(in) :: set
+    type(perion_error), allocatable, optional, intent(inout) :: error
+    character(:), allocatable :: expected
+    logical :: fits, is_vector
+
+    fits = is_live(self%handle, call, error)
+    if (.not. fits) return
+    is_vector = any(field == vectors)
+    if (.not. (is_vector .or. any(field == scalars))) return
+    fits = size(extents) == merge(2, 1, is_vector)
+    if (is_vector) fits = fits .and. extents(1) == self%axes
+    if (.not. present(set)) fits = fits .and. extents(size(extents)) == self%points
+    if (fits) return
+    expected = 'count'
+    if (.not. present(set)) expected = number(self%points)
+    if (is_vector) expected = number(self%axes) // ',' // expected
+    call refuse(PERION_ERROR_ARGUMENT, call // ': ''values'' has the shape ' // &
+        shape_text(extents) // '; field ' // number(int(field, c_int64_t)) // ' needs (' // &
+        expected // ')', error)
+  end function fits
+
+  !> Whether there is a simulation, and so many numbers are what a field adds up to.
+  recursive function adds_up(self, field, length, rank, error)
+    class(perion_simulation), intent(in) :: self
+    integer(c_int32_t), intent(in) :: field
+    integer(c_int64_t), intent(in) :: length
+    integer, intent(in) :: rank
+    type(perion_error), allocatable, optional, intent(inout) :: error
+    character(*), parameter :: call = 'perion_simulation_sum'
+    integer(c_int64_t) :: expected
+    logical :: adds_up
+
+    adds_up = is_live(self%handle, call, error)
+    if (.not. adds_up) return
+    expected = merge(1_c_int64_t, self%axes, any(field == scalars))
+    ! A number that is no field is the library's to refuse.
+    adds_up = length == expected .or. (rank == 0 .and. .not. any(field == vectors))
+    if (.not. adds_up) call refuse(PERION_ERROR_ARGUMENT, call // ': ''components'' has ' // &
+        number(length) // ' numbers; field ' // number(int(field, c_int64_t)) // ' adds up to ' // &
+        number(expected), error)
+  end function adds_up
+
+  module procedure simulation_borrow
+    type(raw_view) :: lent
+
+    call perion_view_init(lent, c_sizeof(lent))
+    if (ok(perion_simulation_borrow(self%handle, field, lent), error)) then
+      call open_view(self, lent, view, error)
+    end if
+  end procedure simulation_borrow
+
+  module procedure simulation_borrow_const
+    type(raw_view) :: lent
+
+    call perion_view_init(lent, c_sizeof(lent))
+    if (ok(perion_simulation_borrow_const(self%handle, field, lent), error)) then
+      call open_view(self, lent, view, error)
+    end if
+  end procedure simulation_borrow_const
+
+  !> Fills a view, whose components of a point must be neighbours.
+  recursive subroutine open_view(self, lent, view, error)
+    class(perion_simulation), intent(in) :: self
+    type(raw_view), intent(inout) :: lent
+    type(perion_view), intent(inout) :: view
+    type(perion_error), allocatable, optional, intent(inout) :: error
+    real(c_double), pointer :: all(:, :)
+    integer(c_int32_t) :: status
+
+    if (lent%component_stride /= 1) then
+      status = perion_simulation_return(self%handle, lent)
+      call refuse(PERION_ERROR_UNSUPPORTED, 'perion_simulation_borrow: the library keeps the ' // &
+          'components of a point apart, which a view cannot show; get the field', error)
+      return
+    end if
+    view%lent = lent
+    call c_f_pointer(lent%data, all, [lent%point_stride, lent%count])
+    view%data => all(:lent%components, :)
+    view%slot => null()
+    if (c_associated(lent%slot)) call c_f_pointer(lent%slot, view%slot, [lent%count])
+  end subroutine open_view
+
+  module procedure simulation_return
+    if (view%lent%struct_size == 0) then
+      call refuse(PERION_ERROR_ARGUMENT, 'perion_simulation_return: nothing is borrowed in ''view''', &
+          error)
+      return
+    end if
+    if (.not. ok(perion_simulation_return(self%handle, view%lent), error)) return
+    view%lent%struct_size = 0
+    view%data => null()
+    view%slot => null()
+  end procedure simulation_return
+
+  module procedure view_place_int64
+    place = point
+    if (associated(self%slot)) place = self%slot(point) + 1
+  end procedure view_place_int64
+
+  module procedure view_place_int32
+    place = point
+    if (associated(self%slot)) place = self%slot(point) + 1
+  end procedure view_place_int32
+
+end submodule fields_procedures
