@@ -151,7 +151,7 @@ int main(int argc, char **argv)
     /* Stepping: the library knows a step that is stable. */
     check(perion_simulation_stable_time_step(simulation, &stable));
     steps = (int64_t)ceil(end_time / stable);
-    printf("%lld points, %lld steps of %.3g us\n", (long long)count, (long long)steps,
+    printf("%lld points, %lld steps of %6.4f us\n", (long long)count, (long long)steps,
            1e6 * end_time / (double)steps);
     watching.simulation = simulation;
     watching.series = series;
@@ -166,15 +166,16 @@ int main(int argc, char **argv)
     check(perion_simulation_health(simulation, &health));
     printf("broken bonds    %lld of %lld\n", (long long)health.broken_bonds,
            (long long)health.bonds);
-    printf("external work   %.6e J\n", energy.external_work);
-    printf("kinetic energy  %.6e J\n", energy.kinetic);
-    printf("elastic energy  %.6e J\n", energy.elastic);
-    printf("dissipated      %.6e J\n", energy.dissipated);
-    printf("closure error   %.2e of the work\n", energy.closure_error / energy.external_work);
+    printf("external work   %10.6f mJ\n", 1e3 * energy.external_work);
+    printf("kinetic energy  %10.6f mJ\n", 1e3 * energy.kinetic);
+    printf("elastic energy  %10.6f mJ\n", 1e3 * energy.elastic);
+    printf("dissipated      %10.6f mJ\n", 1e3 * energy.dissipated);
+    printf("closure error   %10.6f %% of the work\n",
+           1e2 * energy.closure_error / energy.external_work);
     hash = hash_field(hash, simulation, PERION_FIELD_DISPLACEMENT, 3 * count);
     hash = hash_field(hash, simulation, PERION_FIELD_VELOCITY, 3 * count);
     hash = hash_field(hash, simulation, PERION_FIELD_DAMAGE, count);
-    printf("hash            %010llx\n", (unsigned long long)hash);
+    printf("hash            %010llX\n", (unsigned long long)hash);
 
     check(perion_simulation_destroy(&simulation));
     return 0;

@@ -9,223 +9,114 @@
 !> results. The same program stands beside this one in C and in Rust; all three print the same hash,
 !> because the results are the same to the last bit.
 !>
-!> `perion_c` declares the C interface as it is: handles are `type(c_ptr)`, text ends in `c_null_char`,
-!> axes and indices start at 0, and every call that can fail is a function that gives a status.
+!> A call that fails ends the program with a text that says what went wrong and what to do, unless it is
+!> given an `error` to put that into.
 module branching_host
-  use, intrinsic :: iso_c_binding
-  use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
-  use perion_c
+  use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit, real64
+  use perion
   implicit none
   private
-  public :: argument, check, hash_field, scientific, seconds, show_progress, three_digits, watch
+  public :: hash_values, seconds, watch
 
-  !> What the progress callback below needs.
-  type :: watch
-    type(c_ptr) :: simulation = c_null_ptr
-    character(:), allocatable :: series
-    real(c_double) :: start = 0
+  !> Told after each step of the run: shows how far it is, twenty times, and writes the files.
+  type, extends(perion_progress) :: watch
+    character(500) :: series = ''
+    real(real64) :: start = 0
     integer(int64) :: shown = 0
+  contains
+    procedure :: report
   end type watch
-
-  interface
-    !> Of the C library: the length of a text.
-    pure function strlen(text) bind(c)
-      import :: c_ptr, c_size_t
-      type(c_ptr), value, intent(in) :: text
-      integer(c_size_t) :: strlen
-    end function strlen
-  end interface
 
 contains
 
-  !> Every call that can fail returns a status; the text says what went wrong and what to do.
-  subroutine check(status)
-    integer(c_int32_t), intent(in) :: status
+  !> Perion calls this after each step. It may look at the simulation and write files; a `stop` that is
+  !> true ends the run. It must come back to Perion: no `stop` and no `error stop` in here.
+  subroutine report(self, simulation, done, total, time, stop)
+    class(watch), intent(inout) :: self
+    type(perion_simulation), intent(in) :: simulation
+    integer(int64), intent(in) :: done, total
+    real(real64), intent(in) :: time
+    logical, intent(inout) :: stop
+    type(perion_error), allocatable :: error
+    real(real64) :: left
 
-    if (status == PERION_OK) return
-    call complain(status)
-    stop 1, quiet=.true.
-  end subroutine check
-
-  subroutine complain(status)
-    integer(c_int32_t), intent(in) :: status
-
-    write (error_unit, '(3a)') text(perion_status_string(status)), ': ', text(perion_last_error())
-  end subroutine complain
-
-  !> A text of C as one of Fortran.
-  function text(pointer)
-    type(c_ptr), intent(in) :: pointer
-    character(:), allocatable :: text
-    character(kind=c_char), pointer :: letters(:)
-    integer :: place
-
-    call c_f_pointer(pointer, letters, [strlen(pointer)])
-    allocate (character(size(letters)) :: text)
-    do place = 1, size(letters)
-      text(place:place) = letters(place)
-    end do
-  end function text
-
-  !> Perion calls this after each step. It may look at the simulation and write files; a result other
-  !> than 0 stops the run. It must come back to Perion: no `stop` and no `error stop` in here.
-  function show_progress(user, done, total, time) bind(c) result(stop_now)
-    type(c_ptr), value :: user
-    integer(c_int64_t), value :: done, total
-    real(c_double), value :: time
-    integer(c_int) :: stop_now
-    integer(c_int32_t), parameter :: fields(*) = [PERION_FIELD_DAMAGE, PERION_FIELD_DISPLACEMENT, &
-        PERION_FIELD_VELOCITY, PERION_FIELD_STRAIN_ENERGY_DENSITY]
-    type(watch), pointer :: watching
-    integer(c_int32_t) :: status
-    real(c_double) :: elapsed
-
-    call c_f_pointer(user, watching)
-    stop_now = 0
-    if (20 * done / total == watching%shown) return
-    watching%shown = 20 * done / total
-    if (len(watching%series) > 0) then
-      status = perion_simulation_write_series(watching%simulation, watching%series // c_null_char, &
-          size(fields, kind=c_int64_t), fields)
-      if (status /= PERION_OK) then
-        call complain(status)
-        stop_now = 1
+    if (20 * done / total == self%shown) return
+    self%shown = 20 * done / total
+    if (self%series /= '') then
+      call simulation%write_series(self%series, [PERION_FIELD_DAMAGE, PERION_FIELD_DISPLACEMENT, &
+          PERION_FIELD_VELOCITY, PERION_FIELD_STRAIN_ENERGY_DENSITY], error)
+      if (allocated(error)) then
+        write (error_unit, '(a)') error%message
+        stop = .true.
         return
       end if
     end if
-    elapsed = seconds() - watching%start
-    write (output_unit, '(a, i5, a, i0, 4a)') 'step ', done, ' of ', total, ', ', &
-        tenths(1e6_c_double * time, 5) // ' us, ', &
-        tenths(elapsed * real(total - done, c_double) / real(done, c_double), 6), ' s left'
+    left = (seconds() - self%start) * real(total - done, real64) / real(done, real64)
+    print '(a, i5, a, i0, a, f5.1, a, f6.1, a)', 'step ', done, ' of ', total, ', ', 1d6 * time, &
+        ' us, ', left, ' s left'
     flush (output_unit)
-  end function show_progress
+  end subroutine report
 
   !> Seconds since some moment in the past.
   function seconds()
-    real(c_double) :: seconds
+    real(real64) :: seconds
     integer(int64) :: ticks, ticks_per_second
 
     call system_clock(ticks, ticks_per_second)
-    seconds = real(ticks, c_double) / real(ticks_per_second, c_double)
+    seconds = real(ticks, real64) / real(ticks_per_second, real64)
   end function seconds
 
-  !> A fingerprint of the bits of a field.
-  function hash_field(hash, simulation, field, length) result(next)
-    integer(int64), intent(in) :: hash
-    type(c_ptr), intent(in) :: simulation
-    integer(c_int32_t), intent(in) :: field
-    integer(c_int64_t), intent(in) :: length
+  !> Goes on with a fingerprint of the bits of numbers.
+  subroutine hash_values(hash, length, values)
+    integer(int64), intent(inout) :: hash
+    integer, intent(in) :: length
+    real(real64), intent(in) :: values(length)
     integer(int64), parameter :: factor = 65599, modulus = 1099511627689_int64
     integer(int64), parameter :: lower_half = int(z'ffffffff', int64)
-    integer(int64) :: next, bits, k
-    real(c_double), allocatable :: values(:)
+    integer(int64) :: bits
+    integer :: k
 
-    allocate (values(length))
-    call check(perion_simulation_get(simulation, field, values, length))
-    next = hash
     do k = 1, length
       bits = transfer(values(k), bits)
-      next = mod(next * factor + iand(bits, lower_half), modulus)
-      next = mod(next * factor + shiftr(bits, 32), modulus)
+      hash = mod(hash * factor + iand(bits, lower_half), modulus)
+      hash = mod(hash * factor + shiftr(bits, 32), modulus)
     end do
-  end function hash_field
-
-  !> An argument of the command line, or its default.
-  function argument(number, default)
-    integer, intent(in) :: number
-    character(*), intent(in) :: default
-    character(:), allocatable :: argument
-    integer :: length
-
-    if (number > command_argument_count()) then
-      argument = default
-    else
-      call get_command_argument(number, length=length)
-      allocate (character(length) :: argument)
-      call get_command_argument(number, argument)
-    end if
-  end function argument
-
-  !> With one decimal, in `width` columns or as many as it needs: %5.1f of C.
-  function tenths(value, width)
-    real(c_double), intent(in) :: value
-    integer, intent(in) :: width
-    character(:), allocatable :: tenths
-    character(32) :: buffer
-
-    write (buffer, '(f32.1)') value
-    tenths = trim(adjustl(buffer))
-    tenths = repeat(' ', max(0, width - len(tenths))) // tenths
-  end function tenths
-
-  !> With an exponent and so many decimals: %.6e of C.
-  function scientific(value, decimals)
-    real(c_double), intent(in) :: value
-    integer, intent(in) :: decimals
-    character(:), allocatable :: scientific
-    character(32) :: buffer, form
-
-    write (form, '(a, i0, a)') '(es32.', decimals, ')'
-    write (buffer, form) value
-    scientific = trim(adjustl(buffer))
-    associate (letter => scan(scientific, 'E'))
-      if (letter > 0) scientific(letter:letter) = 'e'
-    end associate
-  end function scientific
-
-  !> With three digits and no zeros at the end: %.3g of C, for 0.0001 to 999.
-  function three_digits(value)
-    real(c_double), intent(in) :: value
-    character(:), allocatable :: three_digits
-    character(32) :: buffer, form
-    integer :: exponent
-
-    write (buffer, '(es32.2)') value
-    read (buffer(index(buffer, 'E') + 1:), '(i4)') exponent
-    write (form, '(a, i0, a)') '(f32.', 2 - exponent, ')'
-    write (buffer, form) value
-    three_digits = trim(adjustl(buffer))
-    three_digits = three_digits(:verify(three_digits, '0', back=.true.))
-    if (index(three_digits, '.') == len(three_digits)) then
-      three_digits = three_digits(:len(three_digits) - 1)
-    end if
-  end function three_digits
+  end subroutine hash_values
 
 end module branching_host
 
 program branching
-  use, intrinsic :: iso_c_binding
-  use, intrinsic :: iso_fortran_env, only: error_unit, int64
+  use, intrinsic :: iso_fortran_env, only: error_unit, int64, real64
   use branching_host
-  use perion_c
+  use perion
   implicit none
 
-  real(c_double), parameter :: length = 0.1_c_double, height = 0.04_c_double  ! metres
-  real(c_double), parameter :: depth = 0.004_c_double
-  real(c_double), parameter :: end_time = 50e-6_c_double  ! seconds
-  real(c_double), parameter :: traction = 1e6_c_double  ! pascals
+  real(real64), parameter :: length = 0.1d0, height = 0.04d0, depth = 0.004d0  ! metres
+  real(real64), parameter :: end_time = 50d-6  ! seconds
+  real(real64), parameter :: traction = 1d6  ! pascals
   ! A rectangle, corner by corner, from the left edge to the centre of the plate.
-  real(c_double), parameter :: crack(3, 4) = reshape([0.0_c_double, 0.0_c_double, 0.0_c_double, &
-      length / 2, 0.0_c_double, 0.0_c_double, length / 2, 0.0_c_double, depth, &
-      0.0_c_double, 0.0_c_double, depth], [3, 4])
+  real(real64), parameter :: crack(3, 4) = reshape([0d0, 0d0, 0d0, length / 2, 0d0, 0d0, &
+      length / 2, 0d0, depth, 0d0, 0d0, depth], [3, 4])
 
-  type(c_ptr) :: points = c_null_ptr, glass = c_null_ptr, simulation = c_null_ptr
+  type(perion_points) :: points
+  type(perion_model) :: glass
+  type(perion_simulation) :: simulation
   type(perion_energy) :: energy
   type(perion_health) :: health
   type(watch), target :: watching
-  character(:), allocatable :: along_text
-  character(10) :: hash_text
-  integer :: along, flaw, k
-  integer(c_int64_t) :: count, steps
+  character(20) :: first_argument
+  integer :: along, count, flaw, steps
   integer(int64) :: hash
-  real(c_double) :: spacing, lower(3), upper(3), below_top(3), above_bottom(3), body_force, stable
+  real(real64) :: spacing, lower(3), upper(3), body_force, stable
+  real(real64), allocatable :: displacement(:, :), velocity(:, :), damage(:)
 
-  along_text = argument(1, '200')
-  watching%series = argument(2, 'branching_fortran.pvd')
-  read (along_text, '(i10)', iostat=flaw) along
-  if (flaw /= 0) along = 0
-  deallocate (along_text)
-  if (along < 10) then
+  along = 200
+  watching%series = 'branching_fortran.pvd'
+  flaw = 0
+  call get_command_argument(1, first_argument)
+  if (command_argument_count() > 0) read (first_argument, *, iostat=flaw) along
+  if (command_argument_count() > 1) call get_command_argument(2, watching%series)
+  if (flaw /= 0 .or. along < 10) then
     write (error_unit, '(a)') 'at least 10 points along the plate are needed'
     stop 1, quiet=.true.
   end if
@@ -233,71 +124,65 @@ program branching
   ! The points: a block, its lower left corner in the middle of the left edge. One layer of points
   ! along the upper edge and one along the lower are named, to pull on them.
   spacing = length / along
-  lower = [0.0_c_double, -height / 2, 0.0_c_double]
+  lower = [0d0, -height / 2, 0d0]
   upper = [length, height / 2, depth]
-  below_top = [0.0_c_double, height / 2 - spacing, 0.0_c_double]
-  above_bottom = [length, spacing - height / 2, depth]
-  call check(perion_points_create_block(3, lower, upper, spacing, points))
-  call check(perion_points_add_set_box(points, 'top' // c_null_char, below_top, upper))
-  call check(perion_points_add_set_box(points, 'bottom' // c_null_char, lower, above_bottom))
-  call check(perion_points_count(points, count))
+  call points%create_block(lower, upper, spacing)
+  call points%add_set_box('top', [0d0, height / 2 - spacing, 0d0], upper)
+  call points%add_set_box('bottom', lower, [length, spacing - height / 2, depth])
 
   ! The material: soda-lime glass. Bond-based peridynamics takes one elastic constant, since its
   ! Poisson's ratio is 1/4. The energy release rate tells when bonds break.
-  call check(perion_model_create('bond_based' // c_null_char, glass))
-  call check(perion_model_set(glass, 'youngs_modulus' // c_null_char, 32e9_c_double))
-  call check(perion_model_set(glass, 'density' // c_null_char, 2440.0_c_double))
-  call check(perion_model_set(glass, 'horizon' // c_null_char, 3.015_c_double * spacing))
-  call check(perion_model_set(glass, 'critical_energy_release_rate' // c_null_char, 0.75_c_double))
+  call glass%create('bond_based')
+  call glass%set('youngs_modulus', 32d9)
+  call glass%set('density', 2440d0)
+  call glass%set('horizon', 3.015d0 * spacing)
+  call glass%set('critical_energy_release_rate', 0.75d0)
 
   ! The simulation keeps copies, so points and model can go.
-  call check(perion_simulation_create(points, glass, simulation))
-  call check(perion_points_destroy(points))
-  call check(perion_model_destroy(glass))
+  call simulation%create(points, glass)
+  call points%destroy()
+  call glass%destroy()
 
   ! The crack that is there from the start: all bonds across it are broken.
-  call check(perion_simulation_break_crossing(simulation, size(crack, 2, c_int64_t), crack))
+  call simulation%break_crossing(crack)
 
-  ! The tension, as a body force along the second axis (1 in C) on the named layers, whose bonds may
-  ! not break.
+  ! The tension, as a body force along the y axis on the named layers, whose bonds may not break.
   body_force = traction / spacing
-  call check(perion_simulation_prescribe(simulation, 'top' // c_null_char, &
-      PERION_QUANTITY_BODY_FORCE, 1, body_force))
-  call check(perion_simulation_prescribe(simulation, 'bottom' // c_null_char, &
-      PERION_QUANTITY_BODY_FORCE, 1, -body_force))
-  call check(perion_simulation_forbid_failure(simulation, 'top' // c_null_char))
-  call check(perion_simulation_forbid_failure(simulation, 'bottom' // c_null_char))
+  call simulation%prescribe('top', PERION_QUANTITY_BODY_FORCE, 2, body_force)
+  call simulation%prescribe('bottom', PERION_QUANTITY_BODY_FORCE, 2, -body_force)
+  call simulation%forbid_failure('top')
+  call simulation%forbid_failure('bottom')
 
   ! Stepping: the library knows a step that is stable.
-  call check(perion_simulation_stable_time_step(simulation, stable))
-  steps = ceiling(end_time / stable, c_int64_t)
-  print '(i0, a, i0, 3a)', count, ' points, ', steps, ' steps of ', &
-      three_digits(1e6_c_double * end_time / real(steps, c_double)), ' us'
-  watching%simulation = simulation
+  call simulation%point_count(count)
+  call simulation%stable_time_step(stable)
+  steps = ceiling(end_time / stable)
+  print '(i0, a, i0, a, f6.4, a)', count, ' points, ', steps, ' steps of ', &
+      1d6 * end_time / steps, ' us'
   watching%start = seconds()
-  call check(perion_simulation_set_progress(simulation, c_funloc(show_progress), c_loc(watching)))
-  call check(perion_simulation_step(simulation, end_time / real(steps, c_double), steps))
+  call simulation%set_progress(watching)
+  call simulation%step(end_time / steps, steps)
 
   ! Results.
-  call perion_energy_init(energy, c_sizeof(energy))
-  call perion_health_init(health, c_sizeof(health))
-  call check(perion_simulation_energy(simulation, energy))
-  call check(perion_simulation_health(simulation, health))
+  call simulation%energy(energy)
+  call simulation%health(health)
   print '(a, i0, a, i0)', 'broken bonds    ', health%broken_bonds, ' of ', health%bonds
-  print '(3a)', 'external work   ', scientific(energy%external_work, 6), ' J'
-  print '(3a)', 'kinetic energy  ', scientific(energy%kinetic, 6), ' J'
-  print '(3a)', 'elastic energy  ', scientific(energy%elastic, 6), ' J'
-  print '(3a)', 'dissipated      ', scientific(energy%dissipated, 6), ' J'
-  print '(3a)', 'closure error   ', scientific(energy%closure_error / energy%external_work, 2), &
-      ' of the work'
-  hash = hash_field(0_int64, simulation, PERION_FIELD_DISPLACEMENT, 3 * count)
-  hash = hash_field(hash, simulation, PERION_FIELD_VELOCITY, 3 * count)
-  hash = hash_field(hash, simulation, PERION_FIELD_DAMAGE, count)
-  write (hash_text, '(z10.10)') hash
-  do k = 1, len(hash_text)  ! Letters in lower case.
-    if (hash_text(k:k) >= 'A') hash_text(k:k) = achar(iachar(hash_text(k:k)) + 32)
-  end do
-  print '(2a)', 'hash            ', hash_text
+  print '(a, f10.6, a)', 'external work   ', 1d3 * energy%external_work, ' mJ'
+  print '(a, f10.6, a)', 'kinetic energy  ', 1d3 * energy%kinetic, ' mJ'
+  print '(a, f10.6, a)', 'elastic energy  ', 1d3 * energy%elastic, ' mJ'
+  print '(a, f10.6, a)', 'dissipated      ', 1d3 * energy%dissipated, ' mJ'
+  print '(a, f10.6, a)', 'closure error   ', 1d2 * energy%closure_error / energy%external_work, &
+      ' % of the work'
+  allocate (displacement(3, count), velocity(3, count), damage(count))
+  call simulation%get(PERION_FIELD_DISPLACEMENT, displacement)
+  call simulation%get(PERION_FIELD_VELOCITY, velocity)
+  call simulation%get(PERION_FIELD_DAMAGE, damage)
+  hash = 0
+  call hash_values(hash, 3 * count, displacement)
+  call hash_values(hash, 3 * count, velocity)
+  call hash_values(hash, count, damage)
+  print '(a, z10.10)', 'hash            ', hash
 
-  call check(perion_simulation_destroy(simulation))
+  deallocate (displacement, velocity, damage)
+  call simulation%destroy()
 end program branching

@@ -75,9 +75,9 @@ pub fn run(along: u32, series: &str) -> Result<()> {
     let steps = (end_time / stable).ceil() as u64;
     let time_step = end_time / steps as f64;
     println!(
-        "{} points, {steps} steps of {} us",
+        "{} points, {steps} steps of {:6.4} us",
         points.count(),
-        three_digits(1e6 * end_time / steps as f64)
+        1e6 * end_time / steps as f64
     );
     let (start, mut shown, mut written) = (Instant::now(), 0, Ok(()));
     let ran = simulation.step_watched(time_step, steps, |simulation, made| {
@@ -98,17 +98,17 @@ pub fn run(along: u32, series: &str) -> Result<()> {
     // Results.
     let (energy, health) = (simulation.energy()?, simulation.health()?);
     println!("broken bonds    {} of {}", health.broken_bonds, health.bonds);
-    println!("external work   {} J", scientific(energy.external_work, 6));
-    println!("kinetic energy  {} J", scientific(energy.kinetic, 6));
-    println!("elastic energy  {} J", scientific(energy.elastic, 6));
-    println!("dissipated      {} J", scientific(energy.dissipated, 6));
-    let closure_error = energy.closure_error / energy.external_work;
-    println!("closure error   {} of the work", scientific(closure_error, 2));
+    println!("external work   {:10.6} mJ", 1e3 * energy.external_work);
+    println!("kinetic energy  {:10.6} mJ", 1e3 * energy.kinetic);
+    println!("elastic energy  {:10.6} mJ", 1e3 * energy.elastic);
+    println!("dissipated      {:10.6} mJ", 1e3 * energy.dissipated);
+    let closure_error = 1e2 * energy.closure_error / energy.external_work;
+    println!("closure error   {closure_error:10.6} % of the work");
     let mut hash = 0;
     for field in [Field::Displacement, Field::Velocity, Field::Damage] {
         hash = hash_values(hash, &simulation.get(field)?);
     }
-    println!("hash            {hash:010x}");
+    println!("hash            {hash:010X}");
     Ok(())
 }
 
@@ -131,22 +131,4 @@ fn hash_values(hash: u64, values: &[f64]) -> u64 {
         let hash = (hash * 65599 + (bits & 0xffff_ffff)) % 1_099_511_627_689;
         (hash * 65599 + (bits >> 32)) % 1_099_511_627_689
     })
-}
-
-/// With an exponent of two digits and so many decimals: %.6e of C.
-fn scientific(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$e}");
-    let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    format!("{digits}e{:+03}", exponent.parse().unwrap_or(0))
-}
-
-/// With three digits and no zeros at the end: %.3g of C, for 0.0001 to 999.
-fn three_digits(value: f64) -> String {
-    let text = format!("{value:.2e}");
-    let exponent: i32 = text.split_once('e').map_or(0, |(_, it)| it.parse().unwrap_or(0));
-    let text = format!("{value:.*}", usize::try_from(2 - exponent).unwrap_or(0));
-    if !text.contains('.') {
-        return text;
-    }
-    text.trim_end_matches('0').trim_end_matches('.').into()
 }
