@@ -90,6 +90,7 @@ specimen() {
     begin specimen
     mesh=examples/specimen/specimen.msh
     in_c $mesh "$out/c.csv" "$out/c.pvd"
+    in_fortran $mesh "$out/fortran.csv" "$out/fortran.pvd"
     in_rust $mesh "$out/rust.csv" "$out/rust.pvd"
     same_hashes
     picture "$(last)" damage --range 0 0.5 --scale-displacement 10

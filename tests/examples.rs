@@ -1,4 +1,4 @@
-//! The examples `specimen` and `wave` give what mechanics says, and the same in C and in Rust.
+//! The examples `specimen` and `wave` give what mechanics says, and the same in C, Fortran and Rust.
 #![allow(
     clippy::disallowed_methods,
     clippy::disallowed_macros,
@@ -155,9 +155,11 @@ fn the_front_runs_at_the_speed_of_a_bar_less_what_its_lateral_inertia_costs() {
 }
 
 #[test]
-fn the_specimen_prints_the_same_in_c_and_rust_for_any_number_of_threads() {
-    let (name, file) =
-        ("the_specimen_prints_the_same_in_c_and_rust_for_any_number_of_threads", mesh("msh"));
+fn the_specimen_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads() {
+    let (name, file) = (
+        "the_specimen_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads",
+        mesh("msh"),
+    );
     if let Some(directory) = rust_side() {
         specimen::run(&file, "")
             .map(|test| specimen::write_curve(&format!("{directory}/rust.csv"), &test.records))
@@ -169,8 +171,8 @@ fn the_specimen_prints_the_same_in_c_and_rust_for_any_number_of_threads() {
 }
 
 #[test]
-fn the_wave_prints_the_same_in_c_and_rust_for_any_number_of_threads() {
-    let name = "the_wave_prints_the_same_in_c_and_rust_for_any_number_of_threads";
+fn the_wave_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads() {
+    let name = "the_wave_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads";
     if let Some(directory) = rust_side() {
         let wave = wave::run(50, 40.0).unwrap();
         wave::write_matrix(&format!("{directory}/rust.csv"), &wave).unwrap();
@@ -187,21 +189,26 @@ fn rust_side() -> Option<String> {
     std::env::var(SIDE).ok().inspect(|_| println!())
 }
 
-/// Runs an example in C and, as the test `name`, in Rust: what they print and write must be the same.
+/// Runs an example in C, in Fortran and, as the test `name`, in Rust: what they print and write must be
+/// the same.
 fn compare_twins(name: &str, example: &str, arguments: &[&str]) {
-    if !there_is("cc") {
+    if !(there_is("cc") && there_is("gfortran")) {
         return;
     }
     let directory = common::place(&format!("examples/{example}"));
-    let source = in_crate(&format!("examples/{example}/main.c"));
-    let in_c = compilers::c(&directory, example, &source);
+    let source = |ending| in_crate(&format!("examples/{example}/main.{ending}"));
+    let in_c = compilers::c(&directory, &format!("{example}_c"), &source("c"));
+    let mut sources = compilers::module_sources();
+    sources.push(source("f90"));
+    let in_fortran = compilers::fortran(&directory, example, &sources, "-O2");
     let mut twins = Vec::new();
     for threads in ["1", "2"] {
-        let mut c = Command::new(&in_c);
+        let [mut c, mut fortran] = [&in_c, &in_fortran].map(Command::new);
         c.args(arguments).arg(directory.join("c.csv")).arg("");
+        fortran.args(arguments).arg(directory.join("fortran.csv")).arg("");
         let mut rust = Command::new(std::env::current_exe().unwrap());
         rust.args([name, "--exact", "--nocapture"]).env(SIDE, &directory);
-        for (mut twin, file) in [(c, "c.csv"), (rust, "rust.csv")] {
+        for (mut twin, file) in [(c, "c.csv"), (fortran, "fortran.csv"), (rust, "rust.csv")] {
             let printed = run(twin.env("PERION_NUM_THREADS", threads));
             let table = fs::read_to_string(directory.join(file)).unwrap();
             twins.push((results(&printed), table));

@@ -10,7 +10,7 @@
  *
  * In order: points and sets from the mesh, model, simulation, conditions, step, results. Perion takes
  * any units that fit together: here mm, ms and g, and so m/s, N, MPa and mJ. The same program stands
- * beside this one in Rust; both print the same hash.
+ * beside this one in Fortran and in Rust; all three print the same hash.
  */
 #include <perion.h>
 
@@ -91,9 +91,9 @@ static void write_curve(const char *path, const record *curve)
         perror(path);
         exit(1);
     }
-    fprintf(file, "displacement (mm),force (N)\n0.000000,0.0000\n");
+    fprintf(file, "displacement (mm),force (N)\n%10.6f,%12.4f\n", 0.0, 0.0);
     for (int number = 0; number < RECORDS; ++number)
-        fprintf(file, "%.6f,%.4f\n", curve[number].displacement, curve[number].force);
+        fprintf(file, "%10.6f,%12.4f\n", curve[number].displacement, curve[number].force);
     if (fclose(file) != 0) {
         perror(path);
         exit(1);
@@ -231,7 +231,7 @@ int main(int argc, char **argv)
     hash = hash_field(hash, simulation, PERION_FIELD_DISPLACEMENT, 2 * count);
     hash = hash_field(hash, simulation, PERION_FIELD_VELOCITY, 2 * count);
     hash = hash_field(hash, simulation, PERION_FIELD_DAMAGE, count);
-    printf("hash            %010llx\n", (unsigned long long)hash);
+    printf("hash            %010llX\n", (unsigned long long)hash);
     if (path[0] != '\0')
         write_curve(path, curve);
 

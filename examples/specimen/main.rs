@@ -10,7 +10,7 @@
 //!
 //! In order: points and sets from the mesh, model, simulation, conditions, step, results. Perion takes
 //! any units that fit together: here mm, ms and g, and so m/s, N, MPa and mJ. The same program stands
-//! beside this one in C; both print the same hash.
+//! beside this one in C and in Fortran; all three print the same hash.
 
 // The library's promise to survive exhausted memory does not extend to this program.
 #![allow(clippy::disallowed_methods, clippy::disallowed_macros)]
@@ -173,7 +173,7 @@ pub fn run(mesh: &str, series: &str) -> Result<Outcome> {
     for field in [Field::Displacement, Field::Velocity, Field::Damage] {
         hash = hash_values(hash, &simulation.get(field)?);
     }
-    println!("hash            {hash:010x}");
+    println!("hash            {hash:010X}");
     Ok(Outcome { records: curve, intact, peak, stiffness, specimen: simulation, hash })
 }
 
@@ -198,9 +198,9 @@ pub fn write_curve(path: &str, records: &[Record]) -> std::io::Result<()> {
     if path.is_empty() {
         return Ok(());
     }
-    let mut text = String::from("displacement (mm),force (N)\n0.000000,0.0000\n");
+    let mut text = format!("displacement (mm),force (N)\n{:10.6},{:12.4}\n", 0.0, 0.0);
     for record in records {
-        text += &format!("{:.6},{:.4}\n", record.displacement, record.force);
+        text += &format!("{:10.6},{:12.4}\n", record.displacement, record.force);
     }
     std::fs::write(path, text)
 }

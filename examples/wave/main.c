@@ -9,8 +9,8 @@
  * Usage: wave [points along the bar, 200] [output file, wave_c.csv]
  *
  * In order: points and sets, model, simulation, a state set by hand, conditions, step, results. Units
- * are mm, ms and g, and so m/s, MPa and mJ. The same program stands beside this one in Rust; both print
- * the same hash.
+ * are mm, ms and g, and so m/s, MPa and mJ. The same program stands beside this one in Fortran and in
+ * Rust; all three print the same hash.
  */
 #include <perion.h>
 
@@ -64,11 +64,11 @@ static void write_matrix(const char *path, const double *velocities, int along, 
         perror(path);
         exit(1);
     }
-    fprintf(file, "x (mm),0.5,%.1f,t (us),0.0,%.4f,axial velocity (m/s)\n", along - 0.5,
-            1e3 * interval * RECORDS);
+    fprintf(file, "x (mm),%8.1f,%8.1f,t (us),%8.4f,%8.4f,axial velocity (m/s)\n", 0.5, along - 0.5,
+            0.0, 1e3 * interval * RECORDS);
     for (int record = 0; record <= RECORDS; ++record)
         for (int column = 0; column < along; ++column)
-            fprintf(file, "%.4f%c", velocities[record * along + column],
+            fprintf(file, "%8.4f%c", velocities[record * along + column],
                     column + 1 < along ? ',' : '\n');
     if (fclose(file) != 0) {
         perror(path);
@@ -193,7 +193,7 @@ int main(int argc, char **argv)
            100 * energy.closure_error / energy.external_work);
     hash = hash_field(hash, bar, PERION_FIELD_DISPLACEMENT, 3 * count);
     hash = hash_field(hash, bar, PERION_FIELD_VELOCITY, 3 * count);
-    printf("hash            %010llx\n", (unsigned long long)hash);
+    printf("hash            %010llX\n", (unsigned long long)hash);
     if (matrix[0] != '\0')
         write_matrix(matrix, velocities, along, interval);
 

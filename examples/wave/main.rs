@@ -9,8 +9,8 @@
 //! and for a picture `cargo run --release --example picture -- wave_rust.csv wave.png --map --range 0 2`
 //!
 //! In order: points and sets, model, simulation, a state set by hand, conditions, step, results. Units
-//! are mm, ms and g, and so m/s, MPa and mJ. The same program stands beside this one in C; both print
-//! the same hash.
+//! are mm, ms and g, and so m/s, MPa and mJ. The same program stands beside this one in C and in
+//! Fortran; all three print the same hash.
 
 // The library's promise to survive exhausted memory does not extend to this program.
 #![allow(clippy::disallowed_methods, clippy::disallowed_macros)]
@@ -149,7 +149,7 @@ pub fn run(along: usize, rise: f64) -> Result<Wave> {
     for field in [Field::Displacement, Field::Velocity] {
         hash = hash_values(hash, &bar.get(field)?);
     }
-    println!("hash            {hash:010x}");
+    println!("hash            {hash:010X}");
     Ok(Wave { interval, velocities, speed: measured, expected, bar, hash })
 }
 
@@ -168,10 +168,12 @@ pub fn write_matrix(path: &str, wave: &Wave) -> std::io::Result<()> {
     }
     let last_place = wave.velocities[0].len() as f64 - 0.5;
     let last_time = 1e3 * wave.interval * (wave.velocities.len() - 1) as f64;
-    let mut text =
-        format!("x (mm),0.5,{last_place:.1},t (us),0.0,{last_time:.4},axial velocity (m/s)\n");
+    let mut text = format!(
+        "x (mm),{:8.1},{last_place:8.1},t (us),{:8.4},{last_time:8.4},axial velocity (m/s)\n",
+        0.5, 0.0
+    );
     for means in &wave.velocities {
-        let row: Vec<String> = means.iter().map(|mean| format!("{mean:.4}")).collect();
+        let row: Vec<String> = means.iter().map(|mean| format!("{mean:8.4}")).collect();
         text += &(row.join(",") + "\n");
     }
     std::fs::write(path, text)

@@ -20,6 +20,13 @@ const FORTRAN: [&str; 9] = [
     "-g",
 ];
 
+/// What hosts compile, in the order of the makefile.
+pub fn module_sources() -> Vec<PathBuf> {
+    let makefile = fs::read_to_string(in_crate("Makefile")).unwrap();
+    let list = makefile.lines().find_map(|line| line.strip_prefix("FORTRAN_SOURCES := ")).unwrap();
+    list.split_whitespace().map(|name| in_crate("bindings/fortran").join(name)).collect()
+}
+
 /// An empty directory of its own for each test.
 pub fn directory(name: &str) -> PathBuf {
     place(&format!("fortran_interface/{name}"))

@@ -20,14 +20,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use common::{in_crate, run, there_is};
-use compilers::{directory, fortran};
-
-/// What hosts compile, in the order of the makefile.
-fn module_sources() -> Vec<PathBuf> {
-    let makefile = fs::read_to_string(in_crate("Makefile")).unwrap();
-    let list = makefile.lines().find_map(|line| line.strip_prefix("FORTRAN_SOURCES := ")).unwrap();
-    list.split_whitespace().map(|name| in_crate("bindings/fortran").join(name)).collect()
-}
+use compilers::{directory, fortran, module_sources};
 
 #[test]
 fn the_fortran_tests_pass_with_all_traps_set() {

@@ -11,6 +11,7 @@
 mod cmake;
 #[path = "../common/mod.rs"]
 mod common;
+mod documentation;
 mod fpm;
 mod install;
 mod pkg_config;
