@@ -89,7 +89,8 @@ pub unsafe extern "C" fn perion_points_create_block(
 /// binary), .vtu (VTK), anything else text.
 ///
 /// Text: a point a line, "x y z volume", "x y z block volume", or "x y area" in 2D, with blanks or commas between;
-/// #, ! and % begin comments. Blocks become sets block_1 and so on.
+/// #, ! and % begin comments. A first line may name the columns, in any order and with others beside
+/// them. Blocks become sets block_1 and so on.
 ///
 /// Mesh: each cell of the highest dimension becomes a point in its centroid with its volume (plane cells: its
 /// area), in the file's order. Groups of such cells (*ELSET, physical groups) become sets; a group of nodes
@@ -100,8 +101,8 @@ pub unsafe extern "C" fn perion_points_create_block(
 /// A .vtu without cells, or with vertices only, is a cloud with a point array "volume"; it is 2D if all z are
 /// 0. An integer array "block" gives sets.
 ///
-/// ERROR_IO: it cannot be read. ERROR_FORMAT: it is not what it should be; the text says file and line,
-/// what was expected and what was found. ERROR_UNSUPPORTED: what points cannot express, such as includes and
+/// ERROR_IO: it cannot be read. ERROR_FORMAT: it is not what it should be; the text says file and line (where
+/// a line is at fault), what was expected and what was found. ERROR_UNSUPPORTED: what points cannot express, such as includes and
 /// instances of Abaqus, or curved shells. ERROR_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn perion_points_read(

@@ -159,8 +159,8 @@ impl Points {
     }
 
     /// Adds a set that a file names, its points ascending.
-    fn add_new_set(&mut self, name: &str, members: Vec<u32>) {
-        self.sets.add_new(name, members, self.count());
+    fn add_new_set(&mut self, name: &str, members: Vec<u32>, names: &mut sets::SetNames) {
+        self.sets.add_new(name, members, self.count(), names);
     }
 
     /// Names of the sets in alphabetical order, without `all`.

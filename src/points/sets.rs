@@ -46,7 +46,13 @@ impl Sets {
 
     /// Adds a set from a file, its members ascending. A name that other points have already gets `_2`, and
     /// letters that a name cannot have become `_`; no set is added twice, and none without points.
-    pub(super) fn add_new(&mut self, name: &str, members: Vec<u32>, point_count: usize) {
+    pub(super) fn add_new(
+        &mut self,
+        name: &str,
+        members: Vec<u32>,
+        point_count: usize,
+        names: &mut SetNames,
+    ) {
         if members.is_empty() {
             return;
         }
@@ -54,22 +60,22 @@ impl Sets {
         let mut clean = String::new();
         clean.extend(letters.map(|letter| if letter.is_control() { '_' } else { letter }));
         let clean = if clean.is_empty() { "unnamed" } else { &clean };
-        for turn in 1_usize.. {
-            let suffix = if turn == 1 { String::new() } else { format!("_{turn}") };
-            let mut room = clean.len().min(LONGEST_NAME - suffix.len());
-            while !clean.is_char_boundary(room) {
-                room -= 1;
-            }
-            let name = format!("{}{suffix}", clean[..room].trim_end());
-            let taken_by_the_same = match self.named.get(&name) {
-                Some(known) => *known == members,
-                None if name == ALL => members.len() == point_count,
-                None => {
-                    self.named.insert(name, members);
-                    return;
-                }
-            };
-            if taken_by_the_same {
+        let first = with_suffix(clean, "");
+        let taken_by_the_same = match self.named.get(&first) {
+            Some(known) => *known == members,
+            None => first == ALL && members.len() == point_count,
+        };
+        if taken_by_the_same {
+            return;
+        }
+        // Where many sets share a name, the turns taken already are not tried again.
+        let turn = names.next.entry(first).or_insert(1);
+        loop {
+            let suffix = if *turn == 1 { String::new() } else { format!("_{turn}") };
+            let name = with_suffix(clean, &suffix);
+            *turn += 1;
+            if name != ALL && !self.named.contains_key(&name) {
+                self.named.insert(name, members);
                 return;
             }
         }
@@ -122,6 +128,22 @@ impl Sets {
     pub(super) fn bytes(&self) -> usize {
         self.named.values().map(memory::bytes).sum()
     }
+}
+
+/// Names that sets of a file have taken.
+#[derive(Default)]
+pub(super) struct SetNames {
+    /// Number of the next set of a name.
+    next: BTreeMap<String, usize>,
+}
+
+/// A name cut so that it and its suffix are not too long.
+fn with_suffix(name: &str, suffix: &str) -> String {
+    let mut room = name.len().min(LONGEST_NAME - suffix.len());
+    while !name.is_char_boundary(room) {
+        room -= 1;
+    }
+    format!("{}{suffix}", name[..room].trim_end())
 }
 
 /// Refuses a set of more points than there are.

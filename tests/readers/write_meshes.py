@@ -113,14 +113,15 @@ def plate(shape):
     return None
 
 
-def mesh(name, make, dimension, order=1, recombine=False):
+def mesh(name, make, dimension, order=1, recombine=False, incomplete=False):
     gmsh.initialize()
     gmsh.option.setNumber("General.Terminal", 0)
     gmsh.model.add(name)
-    total = make(name)
+    total = make(name.rstrip("0123456789"))
     gmsh.option.setNumber("Mesh.MeshSizeMax", size)
     gmsh.option.setNumber("Mesh.ElementOrder", order)
     gmsh.option.setNumber("Mesh.RecombineAll", int(recombine))
+    gmsh.option.setNumber("Mesh.SecondOrderIncomplete", int(incomplete))
     gmsh.option.setNumber("Mesh.SaveGroupsOfNodes", 1)
     gmsh.model.mesh.generate(dimension)
     numbers, nodes, volumes, centroids = measures(dimension)
@@ -133,6 +134,10 @@ def mesh(name, make, dimension, order=1, recombine=False):
             gmsh.write(str(place / file))
             expect(file, dimension, volumes, centroids, sets, total)
     gmsh.option.setNumber("Mesh.Binary", 0)
+    # For hexahedra of 27 nodes Abaqus has another order than gmsh, which writes its own.
+    if name == "hexahedron27":
+        gmsh.finalize()
+        return
     gmsh.write(str(place / f"{name}.inp"))
     # An input file has no blanks in names, numbers its unnamed groups, and names geometry too.
     renamed = {"physical_surface_4": "PhysicalSurface4"}
@@ -147,7 +152,7 @@ def with_meshio(name, dimension, volumes, centroids, total):
     import meshio
 
     read = meshio.read(place / f"{name}_4.1_text.msh")
-    body = {"tetra", "tetra10", "hexahedron", "wedge", "pyramid"} if dimension == 3 else {
+    body = {"tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27", "wedge", "pyramid"} if dimension == 3 else {
         "triangle", "triangle6", "quad", "quad8", "quad9"}
     cells = [block.data for block in read.cells if block.type in body]
     kinds = {block.type for block in read.cells if block.type in body}
@@ -170,8 +175,9 @@ def with_meshio(name, dimension, volumes, centroids, total):
         (f"{name}_meshio_text.vtu", whole, {}, {"binary": False}),
         (f"{name}_meshio_plain.vtu", whole, {}, {"compression": None}),
     ]:
-        # In .inp meshio has no name for quadrilaterals of nine nodes, and calls those of four axisymmetric.
-        if file not in ("biquadratic_meshio.inp", "quadrilateral_meshio.inp"):
+        # In .inp meshio lacks names for some, and calls quadrilaterals axisymmetric.
+        no_name = ("biquadratic", "quadrilateral", "quadrilateral8", "hexahedron27")
+        if file not in [f"{unnamed}_meshio.inp" for unnamed in no_name]:
             meshio.write(place / file, of, **arguments)
             # As text it writes 11 digits.
             tolerance = 1e-9 if file.endswith("_text.vtu") else 1e-12
@@ -325,9 +331,12 @@ mesh("tetrahedron", brick, 3)
 mesh("tetrahedron10", brick, 3, order=2)
 mesh("wedge", brick, 3)
 mesh("hexahedron", brick, 3, recombine=True)
+mesh("hexahedron27", brick, 3, order=2, recombine=True)
+mesh("hexahedron20", brick, 3, order=2, recombine=True, incomplete=True)
 mesh("triangle", plate, 2)
 mesh("triangle6", plate, 2, order=2)
 mesh("quadrilateral", plate, 2, recombine=True)
+mesh("quadrilateral8", plate, 2, order=2, recombine=True, incomplete=True)
 mesh("biquadratic", plate, 2, order=2, recombine=True)
 text()
 vtk_grids()

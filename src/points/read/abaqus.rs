@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::cells::Kind;
-use super::mesh::{Members, Mesh};
+use super::mesh::{MOST_SETS, Marks, Members, Mesh};
 use super::source::{Source, integer, real, shown};
 use crate::error::Result;
 use crate::memory;
@@ -15,6 +15,7 @@ const TYPES: &[(&str, Kind)] = &[
     ("C3D6", Kind::Wedge6),
     ("C3D8", Kind::Hexahedron8),
     ("C3D10", Kind::Tetrahedron10),
+    ("C3D20", Kind::Hexahedron20),
     ("CPS3", Kind::Triangle3),
     ("CPE3", Kind::Triangle3),
     ("CPS4", Kind::Quadrilateral4),
@@ -25,6 +26,7 @@ const TYPES: &[(&str, Kind)] = &[
     ("CPE8", Kind::Quadrilateral8),
     ("S3", Kind::Triangle3),
     ("S4", Kind::Quadrilateral4),
+    ("S6", Kind::Triangle6),
     ("S8", Kind::Quadrilateral8),
     ("STRI3", Kind::Triangle3),
     ("STRI65", Kind::Triangle6),
@@ -46,6 +48,22 @@ const TYPES: &[(&str, Kind)] = &[
     ("B32", Kind::Line(3)),
 ];
 
+/// Beginnings of types without volume, whose elements are passed over.
+const WITHOUT_VOLUME: &[&str] = &[
+    "MASS", "ROTARYI", "SPRING", "DASHPOT", "CONN", "GAP", "ITS", "R2D2", "RB2D2", "RB3D2", "DCOUP",
+];
+
+/// Keywords that are read, with their parameters.
+const READ: &[(&str, &[&str])] = &[
+    ("NODE", &["NSET", "SYSTEM", "INPUT"]),
+    ("ELEMENT", &["TYPE", "ELSET", "INPUT"]),
+    ("NSET", &["NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"]),
+    ("ELSET", &["ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"]),
+];
+
+/// Letters from which on a shortened keyword is taken for one.
+const SHORTENED: usize = 4;
+
 /// Keywords that make or move nodes and elements: a mesh read without them would be another one.
 const REFUSED: &[(&str, &str)] = &[
     ("INCLUDE", "put the included file's lines in its place"),
@@ -60,8 +78,9 @@ const REFUSED: &[(&str, &str)] = &[
 ];
 
 pub(super) fn read(source: &Source) -> Result<Mesh> {
-    let mut reader = Reader { source, ..Reader::new(source) };
-    let mut lines = source.lines().filter(|(_, text)| !text.is_empty() && !text.starts_with(b"**"));
+    let mut reader = Reader::new(source);
+    let mut lines =
+        source.lines().filter(|(_, text)| !text.is_empty() && !text.starts_with(b"**")).peekable();
     while let Some((line, text)) = lines.next() {
         if !text.starts_with(b"*") {
             reader.data(line, text)?;
@@ -70,8 +89,9 @@ pub(super) fn read(source: &Source) -> Result<Mesh> {
         reader.end_section(line, text)?;
         // A keyword goes on after a comma at the end of its line.
         let mut keyword = memory::copied(text, "a keyword")?;
-        while keyword.ends_with(b",") {
-            let Some((_, more)) = lines.next() else { break };
+        while keyword.ends_with(b",")
+            && let Some((_, more)) = lines.next_if(|(_, text)| !text.starts_with(b"*"))
+        {
             more.iter().try_for_each(|&byte| memory::push(&mut keyword, byte, "a keyword"))?;
         }
         reader.section = reader.keyword(line, &keyword)?;
@@ -93,7 +113,12 @@ struct Listed {
     name: String,
     of: Members,
     ranges: Vec<Range>,
+    /// Sets that it holds, by their places; of nodes also sets of elements, whose nodes it holds.
+    sets: Vec<usize>,
 }
+
+/// What a set is of, and its name: in capitals, unless it was in quotes.
+type Key = (bool, Vec<u8>);
 
 /// Every `step`th number from `first` to `last`, named at a line; `from_list`: one that must exist.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -112,8 +137,7 @@ struct Reader<'a> {
     /// Nodes that the element begun last still lacks.
     missing: usize,
     sets: Vec<Listed>,
-    /// Sets by what they are of and their names in capitals.
-    known: BTreeMap<(bool, String), usize>,
+    known: BTreeMap<Key, usize>,
 }
 
 impl<'a> Reader<'a> {
@@ -143,33 +167,54 @@ impl<'a> Reader<'a> {
     }
 
     fn keyword(&mut self, line: usize, text: &[u8]) -> Result<Section> {
-        let text = String::from_utf8_lossy(text);
-        let mut parts = text[1..].split(',').map(str::trim);
-        let name = parts.next().unwrap_or("").to_ascii_uppercase();
-        let mut parameters = BTreeMap::new();
+        let mut parts = fields(&text[1..]);
+        let name = capitals(parts.next().unwrap_or(b""));
+        if let Some((_, cure)) = REFUSED.iter().find(|(refused, _)| refused.as_bytes() == name) {
+            let name = shown(text);
+            return self.source.unsupported(line, format_args!("{name} is not read; {cure}"));
+        }
+        let known = READ.iter().find(|(known, _)| known.as_bytes() == name);
+        let Some(&(keyword, allowed)) = known else {
+            let full = READ.iter().map(|known| known.0).chain(REFUSED.iter().map(|it| it.0));
+            let shortened =
+                |full: &&str| name.len() >= SHORTENED && full.as_bytes().starts_with(&name);
+            return match full.clone().find(shortened) {
+                Some(full) => self.source.unsupported(
+                    line,
+                    format_args!("expected keywords in full, found {}: *{full}?", shown(text)),
+                ),
+                None => Ok(Section::Other),
+            };
+        };
+        let mut parameters: BTreeMap<&str, &[u8]> = BTreeMap::new();
         for part in parts.filter(|part| !part.is_empty()) {
-            let (key, value) = part.split_once('=').unwrap_or((part, ""));
-            let value = value.trim().trim_matches('"').trim();
-            parameters.insert(key.trim().to_ascii_uppercase(), value.to_owned());
-        }
-        if let Some((_, cure)) = REFUSED.iter().find(|(refused, _)| *refused == name) {
-            return self.source.unsupported(line, format_args!("*{name} is not read; {cure}"));
-        }
-        if !matches!(&*name, "NODE" | "ELEMENT" | "NSET" | "ELSET") {
-            return Ok(Section::Other);
+            let equals = part.iter().position(|&byte| byte == b'=');
+            let (key, value) = part.split_at(equals.unwrap_or(part.len()));
+            let given = capitals(key.trim_ascii());
+            let Some(key) = allowed.iter().find(|known| known.as_bytes() == given) else {
+                return self.source.unsupported(
+                    line,
+                    format_args!(
+                        "expected parameters of *{keyword} among {}, found {}",
+                        allowed.join(", "),
+                        shown(part)
+                    ),
+                );
+            };
+            parameters.insert(key, value.get(1..).unwrap_or(&[]).trim_ascii());
         }
         for refused in ["INPUT", "INSTANCE"] {
             if parameters.contains_key(refused) {
                 return self.source.unsupported(
                     line,
-                    format_args!("{refused}= of *{name} is not read; write a flat input file"),
+                    format_args!("{refused}= of *{keyword} is not read; write a flat input file"),
                 );
             }
         }
-        match &*name {
+        match keyword {
             "NODE" => {
-                if parameters.get("SYSTEM").is_some_and(|system| !system.eq_ignore_ascii_case("R"))
-                {
+                let system = parameters.get("SYSTEM");
+                if system.is_some_and(|system| !system.eq_ignore_ascii_case(b"R")) {
                     return self.source.unsupported(
                         line,
                         "nodes in another than the rectangular system are not read",
@@ -186,58 +231,76 @@ impl<'a> Reader<'a> {
                 let kind = self.element_type(line, given)?;
                 let set = parameters.get("ELSET");
                 let set = set.map(|name| self.set(line, name, Members::Cells)).transpose()?;
-                Ok(Section::Elements { kind, name: given.clone(), set })
+                Ok(Section::Elements { kind, name: shown(given), set })
             }
             _ => {
-                let of = if name == "NSET" { Members::Nodes } else { Members::Cells };
-                if of == Members::Nodes && parameters.contains_key("ELSET") {
+                let of = if keyword == "NSET" { Members::Nodes } else { Members::Cells };
+                let Some(given) = parameters.get(keyword) else {
                     return self
                         .source
-                        .unsupported(line, "ELSET= of *NSET is not read; list nodes");
-                }
-                let Some(given) = parameters.get(&name) else {
-                    return self
-                        .source
-                        .flaw(line, format_args!("expected {name}= of *{name}, found none"));
+                        .flaw(line, format_args!("expected {keyword}= of *{keyword}, found none"));
                 };
                 let place = self.set(line, given, of)?;
+                if of == Members::Nodes
+                    && let Some(elements) = parameters.get("ELSET")
+                {
+                    self.hold(line, place, elements, Members::Cells)?;
+                }
                 Ok(Section::Set { place, generated: parameters.contains_key("GENERATE") })
             }
         }
     }
 
-    fn element_type(&self, line: usize, given: &str) -> Result<Kind> {
-        let capitals = given.to_ascii_uppercase();
+    fn element_type(&self, line: usize, given: &[u8]) -> Result<Kind> {
+        let given_in_capitals = capitals(given);
+        let rest = |name: &str| given_in_capitals.strip_prefix(name.as_bytes());
         let fits = |name: &str| {
-            let rest = capitals.strip_prefix(name);
-            rest.is_some_and(|rest| !rest.starts_with(|letter: char| letter.is_ascii_digit()))
+            rest(name).is_some_and(|rest| !rest.first().is_some_and(u8::is_ascii_digit))
         };
+        if WITHOUT_VOLUME.iter().any(|name| rest(name).is_some()) {
+            return Ok(Kind::Nothing);
+        }
         match TYPES.iter().find(|(name, _)| fits(name)) {
             Some((_, kind)) => Ok(*kind),
             None => self.source.unsupported(
                 line,
                 format_args!(
-                    "elements of type {} are not read; known are C3D4, C3D5, C3D6, C3D8, C3D10, S3, \
-                     S4, S8, S9, CPS and CPE 3, 4, 6 and 8, M3D3, 4, 6, 8 and 9",
-                    shown(given.as_bytes())
+                    "elements of type {} are not read; known are C3D4, 5, 6, 8, 10 and 20, S3, S4, S6, \
+                     S8, S9, CPS and CPE 3, 4, 6 and 8, M3D3, 4, 6, 8 and 9",
+                    shown(given)
                 ),
             ),
         }
     }
 
     /// The place of a set, which is made if the file has not named it yet.
-    fn set(&mut self, line: usize, name: &str, of: Members) -> Result<usize> {
-        if name.is_empty() {
+    fn set(&mut self, line: usize, name: &[u8], of: Members) -> Result<usize> {
+        let key = key(name, of);
+        if key.1.is_empty() {
             return self.source.flaw(line, "expected the name of a set, found none");
         }
         let next = self.sets.len();
-        let key = (of == Members::Nodes, name.to_ascii_uppercase());
+        let name = String::from_utf8_lossy(without_quotes(name)).into_owned();
         let place = *self.known.entry(key).or_insert(next);
         if place == next {
-            let set = Listed { name: name.to_owned(), of, ranges: Vec::new() };
+            let set = Listed { name, of, ranges: Vec::new(), sets: Vec::new() };
             memory::push(&mut self.sets, set, "sets")?;
         }
         Ok(place)
+    }
+
+    /// Lets a set hold what another of this name holds, which the file has named before.
+    fn hold(&mut self, line: usize, place: usize, name: &[u8], of: Members) -> Result<()> {
+        match self.known.get(&key(name, of)) {
+            Some(&other) => memory::push(&mut self.sets[place].sets, other, "sets"),
+            None => self.source.flaw(
+                line,
+                format_args!(
+                    "expected numbers or the name of a set before this line, found {}",
+                    shown(name)
+                ),
+            ),
+        }
     }
 
     fn data(&mut self, line: usize, text: &[u8]) -> Result<()> {
@@ -282,6 +345,10 @@ impl<'a> Reader<'a> {
         }
         for field in fields {
             if self.missing == 0 {
+                // Nodes that tell how a beam lies.
+                if kind.dimension() < 2 {
+                    return Ok(());
+                }
                 let name = match &self.section {
                     Section::Elements { name, .. } => name,
                     _ => "",
@@ -291,7 +358,7 @@ impl<'a> Reader<'a> {
                     format_args!(
                         "expected {} nodes of an element of type {}, found more: {}",
                         kind.nodes(),
-                        shown(name.as_bytes()),
+                        name,
                         shown(field)
                     ),
                 );
@@ -318,6 +385,15 @@ impl<'a> Reader<'a> {
             Some(field) if !field.is_empty() => self.number(line, field, "a step")?,
             _ => 1,
         };
+        if last < first || fields.next().is_some() {
+            return self.source.flaw(
+                line,
+                format_args!(
+                    "expected a first number, a last one not below it and a step, found {}",
+                    shown(text)
+                ),
+            );
+        }
         let range = Range { first, last, step, line: line as u32, from_list: false };
         memory::push(&mut self.sets[place].ranges, range, "sets")
     }
@@ -329,27 +405,7 @@ impl<'a> Reader<'a> {
                 self.put_into(Some(place), number, line)?;
                 continue;
             }
-            let name = String::from_utf8_lossy(field);
-            let name = name.trim_matches('"').trim().to_ascii_uppercase();
-            let of_nodes = self.sets[place].of == Members::Nodes;
-            let Some(&other) = self.known.get(&(of_nodes, name)) else {
-                return self.source.flaw(
-                    line,
-                    format_args!(
-                        "expected numbers or the name of a set before this line, found {}",
-                        shown(field)
-                    ),
-                );
-            };
-            if other != place {
-                let ranges = memory::copied(&self.sets[other].ranges, "sets")?;
-                for range in ranges {
-                    memory::push(&mut self.sets[place].ranges, range, "sets")?;
-                }
-                // However often sets name sets, none grows beyond what the file lists.
-                self.sets[place].ranges.sort_unstable();
-                self.sets[place].ranges.dedup();
-            }
+            self.hold(line, place, field, self.sets[place].of)?;
         }
         Ok(())
     }
@@ -365,32 +421,77 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The sets of elements, then those of nodes, become groups.
+    /// The sets become groups.
     fn finish(mut self) -> Result<Mesh> {
-        for of in [Members::Cells, Members::Nodes] {
-            let (numbers, what) = match of {
-                Members::Nodes => (self.mesh.node_numbers(self.source)?, "node"),
-                Members::Cells => (self.mesh.cell_numbers(self.source)?, "element"),
-            };
-            for set in self.sets.iter().filter(|set| set.of == of) {
-                let group = self.mesh.add_group(&set.name, of)?;
-                for range in &set.ranges {
-                    let found = numbers.within(range.first, range.last);
+        let numbers = [self.mesh.cell_numbers(self.source)?, self.mesh.node_numbers(self.source)?];
+        let mut seen = [
+            Marks::new(self.mesh.cell_count())?,
+            Marks::new(self.mesh.node_count())?,
+            Marks::new(self.sets.len())?,
+        ];
+        for set in &mut self.sets {
+            merge(&mut set.ranges);
+        }
+        let most = MOST_SETS * (self.mesh.cell_count() + self.mesh.node_count());
+        let mut visited = 0;
+        let mut open = Vec::new();
+        for (place, set) in self.sets.iter().enumerate() {
+            let group = self.mesh.add_group(&set.name, set.of)?;
+            seen.iter_mut().for_each(Marks::clear);
+            memory::push(&mut open, place, "sets")?;
+            while let Some(place) = open.pop() {
+                if !seen[2].mark(place) {
+                    continue;
+                }
+                let held = &self.sets[place];
+                let of_nodes = usize::from(held.of == Members::Nodes);
+                for range in &held.ranges {
+                    let found = numbers[of_nodes].within(range.first, range.last);
+                    visited += found.len() + 1;
+                    if visited > most {
+                        return self.source.unsupported(
+                            range.line as usize,
+                            format_args!(
+                                "its nodes and elements stand in more than {MOST_SETS} sets each, in \
+                                 the mean"
+                            ),
+                        );
+                    }
                     if found.is_empty() && range.from_list {
                         return self.source.flaw(
                             range.line as usize,
                             format_args!(
-                                "expected {what}s that the file has in set {}, found {}",
-                                shown(set.name.as_bytes()),
+                                "expected {}s that the file has in set {}, found {}",
+                                ["element", "node"][of_nodes],
+                                shown(held.name.as_bytes()),
                                 range.first
                             ),
                         );
                     }
-                    for (number, place) in found {
-                        if (number - range.first).is_multiple_of(range.step) {
-                            self.mesh.put_into(group, *place as usize)?;
+                    for &(number, member) in found {
+                        let member = member as usize;
+                        if !(number - range.first).is_multiple_of(range.step)
+                            || !seen[of_nodes].mark(member)
+                        {
+                            continue;
+                        }
+                        if held.of == set.of {
+                            self.mesh.put_into(group, member)?;
+                            continue;
+                        }
+                        // The nodes of an element, for a set of nodes.
+                        for corner in 0..self.mesh.corner_count(member) {
+                            let node = numbers[1].find(self.mesh.corner(member, corner));
+                            if let Some(node) = node
+                                && seen[1].mark(node as usize)
+                            {
+                                self.mesh.put_into(group, node as usize)?;
+                            }
                         }
                     }
+                }
+                for &other in &held.sets {
+                    memory::push(&mut open, other, "sets")?;
                 }
             }
         }
@@ -398,8 +499,45 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// What commas separate, but for an empty field at the end.
+/// Sorts ranges, and makes one of those that touch.
+fn merge(ranges: &mut Vec<Range>) {
+    ranges.sort_unstable();
+    ranges.dedup_by(|next, kept| {
+        let touch = next.step == 1 && kept.step == 1 && next.first <= kept.last.saturating_add(1);
+        // A number that must exist keeps the line on which it is said.
+        let same = next.first == kept.first && next.last == kept.last && next.step == kept.step;
+        let merged = same || (touch && !next.from_list && !kept.from_list);
+        if merged {
+            kept.last = kept.last.max(next.last);
+            kept.from_list |= next.from_list;
+        }
+        merged
+    });
+}
+
+/// What a set of this name is known by.
+fn key(name: &[u8], of: Members) -> Key {
+    let bare = without_quotes(name);
+    let quoted = bare.len() < name.len();
+    (of == Members::Nodes, if quoted { bare.to_owned() } else { capitals(bare) })
+}
+
+fn without_quotes(name: &[u8]) -> &[u8] {
+    let inner = name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\""));
+    inner.unwrap_or(name).trim_ascii()
+}
+
+fn capitals(text: &[u8]) -> Vec<u8> {
+    text.to_ascii_uppercase()
+}
+
+/// What commas outside of quotes separate, but for an empty field at the end.
 fn fields(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     let line = line.strip_suffix(b",").unwrap_or(line);
-    line.split(|&byte| byte == b',').map(<[u8]>::trim_ascii)
+    let mut quoted = false;
+    let comma = move |byte: &u8| {
+        quoted ^= *byte == b'"';
+        *byte == b',' && !quoted
+    };
+    line.split(comma).map(<[u8]>::trim_ascii)
 }

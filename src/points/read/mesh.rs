@@ -6,9 +6,13 @@ use super::{Cloud, is_coordinate};
 use crate::error::Result;
 use crate::memory;
 use crate::points::Points;
+use crate::points::sets::SetNames;
 
 /// Nodes of plane cells may stray from their plane by this share of the mesh's extent.
 const FLAT: f64 = 1e-9;
+
+/// Sets that a point may be in, in the mean: what a file says in a line must not fill the memory.
+pub(super) const MOST_SETS: usize = 1000;
 
 /// What a file says, with its own numbers of nodes and cells.
 #[derive(Default)]
@@ -97,11 +101,30 @@ impl Mesh {
         self.cells.len()
     }
 
+    /// Number of nodes so far.
+    pub(super) fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Number of nodes of a cell, by its place.
+    pub(super) fn corner_count(&self, cell: usize) -> usize {
+        self.cells[cell].kind.nodes()
+    }
+
+    /// Number of a node of a cell, by its place.
+    pub(super) fn corner(&self, cell: usize, corner: usize) -> u64 {
+        self.corners[self.cells[cell].first + corner]
+    }
+
     /// Adds an empty group.
     pub(super) fn add_group(&mut self, name: &str, of: Members) -> Result<GroupPlace> {
         let group = Group { name: name.to_owned(), of, members: Vec::new() };
         memory::push(&mut self.groups, group, "groups")?;
         Ok(GroupPlace(self.groups.len() - 1))
+    }
+
+    pub(super) fn name_group(&mut self, group: GroupPlace, name: String) {
+        self.groups[group.0].name = name;
     }
 
     /// Puts a node or cell into a group, by its place in the file's order.
@@ -214,7 +237,7 @@ impl Mesh {
             }
         }
         let mut points = cloud.into_points(source, dimension)?;
-        self.add_sets(dimension, &point_of, &mut points)?;
+        self.add_sets(source, dimension, &point_of, &mut points)?;
         Ok(points)
     }
 
@@ -271,36 +294,44 @@ impl Mesh {
         Ok(())
     }
 
-    fn add_sets(&self, dimension: usize, point_of: &[u32], points: &mut Points) -> Result<()> {
+    /// Groups of the body's cells first: where names are taken, theirs stay.
+    fn add_sets(
+        &self,
+        source: &Source,
+        dimension: usize,
+        point_of: &[u32],
+        points: &mut Points,
+    ) -> Result<()> {
         let point_of = |cell: u32| point_of[cell as usize];
         let is_body = |cell: u32| point_of(cell) != u32::MAX;
-        let mut touching: Option<Touching> = None;
-        for group in &self.groups {
-            let mut members = Vec::new();
-            let bodily = group.of == Members::Cells && group.members.iter().any(|&it| is_body(it));
-            if bodily {
-                for &cell in group.members.iter().filter(|&&cell| is_body(cell)) {
-                    memory::push(&mut members, point_of(cell), "a set")?;
-                }
-            } else {
-                let touching = match &touching {
-                    Some(known) => known,
-                    None => touching.insert(self.touching(dimension)?),
+        let bodily = |group: &Group| {
+            group.of == Members::Cells && group.members.iter().any(|&cell| is_body(cell))
+        };
+        let mut chosen = Chosen::new(points.count())?;
+        let mut names = SetNames::default();
+        for group in self.groups.iter().filter(|group| bodily(group)) {
+            let body = group.members.iter().filter(|&&cell| is_body(cell));
+            body.for_each(|&cell| chosen.add(point_of(cell)));
+            chosen.make_set(source, &group.name, &mut names, points)?;
+        }
+        if self.groups.iter().all(bodily) {
+            return Ok(());
+        }
+        let touching = self.touching(dimension)?;
+        let mut seen = Marks::new(self.nodes.len())?;
+        for group in self.groups.iter().filter(|group| !bodily(group)) {
+            seen.clear();
+            for &member in &group.members {
+                let own = [u64::from(member)];
+                let nodes = match group.of {
+                    Members::Nodes => &own[..],
+                    Members::Cells => self.corners_of(&self.cells[member as usize]),
                 };
-                for &member in &group.members {
-                    let own = [u64::from(member)];
-                    let nodes = match group.of {
-                        Members::Nodes => &own[..],
-                        Members::Cells => self.corners_of(&self.cells[member as usize]),
-                    };
-                    for cell in nodes.iter().flat_map(|&node| touching.cells(node as usize)) {
-                        memory::push(&mut members, point_of(*cell), "a set")?;
-                    }
+                for &node in nodes.iter().filter(|&&node| seen.mark(node as usize)) {
+                    touching.cells(node as usize).iter().for_each(|&it| chosen.add(point_of(it)));
                 }
             }
-            members.sort_unstable();
-            members.dedup();
-            points.add_new_set(&group.name, members);
+            chosen.make_set(source, &group.name, &mut names, points)?;
         }
         Ok(())
     }
@@ -329,6 +360,73 @@ impl Mesh {
             }
         }
         Ok(Touching { starts, cells })
+    }
+}
+
+/// What has been met since it was cleared last.
+pub(super) struct Marks {
+    turn: u32,
+    turns: Vec<u32>,
+}
+
+impl Marks {
+    pub(super) fn new(count: usize) -> Result<Self> {
+        Ok(Self { turn: 1, turns: memory::filled(0, count, "a set")? })
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.turn += 1;
+    }
+
+    /// True the first time.
+    pub(super) fn mark(&mut self, place: usize) -> bool {
+        std::mem::replace(&mut self.turns[place], self.turn) != self.turn
+    }
+
+    fn is_marked(&self, place: usize) -> bool {
+        self.turns[place] == self.turn
+    }
+}
+
+/// The points of a set in the making.
+struct Chosen {
+    marks: Marks,
+    count: usize,
+    /// Members of all sets so far.
+    total: usize,
+}
+
+impl Chosen {
+    fn new(points: usize) -> Result<Self> {
+        Ok(Self { marks: Marks::new(points)?, count: 0, total: 0 })
+    }
+
+    fn add(&mut self, point: u32) {
+        self.count += usize::from(self.marks.mark(point as usize));
+    }
+
+    /// Makes a set of the points chosen, and begins the next.
+    fn make_set(
+        &mut self,
+        source: &Source,
+        name: &str,
+        names: &mut SetNames,
+        points: &mut Points,
+    ) -> Result<()> {
+        self.total += self.count;
+        if self.total > MOST_SETS * points.count() {
+            return source.unsupported(
+                0,
+                format_args!("its points stand in more than {MOST_SETS} sets each, in the mean"),
+            );
+        }
+        let mut members = memory::reserved(self.count, "a set")?;
+        let all = 0..points.count();
+        members.extend(all.filter(|&it| self.marks.is_marked(it)).map(|it| it as u32));
+        points.add_new_set(name, members, names);
+        self.marks.clear();
+        self.count = 0;
+        Ok(())
     }
 }
 
@@ -362,11 +460,11 @@ impl Numbers {
         sorted.sort_unstable();
         if let Some(pair) = sorted.windows(2).find(|pair| pair[0].0 == pair[1].0) {
             let line = |place: u32| items.clone().nth(place as usize).map_or(0, |item| item.1);
-            let text = format!(
-                "expected {what} {} once, found it again after line {}",
-                pair[0].0,
-                line(pair[0].1)
-            );
+            let first = match line(pair[0].1) {
+                0 => String::new(),
+                line => format!(" after line {line}"),
+            };
+            let text = format!("expected {what} {} once, found it again{first}", pair[0].0);
             return source.flaw(line(pair[1].1) as usize, text);
         }
         Ok(Self { sorted })

@@ -16,18 +16,25 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::order::Coincident;
+use super::sets::SetNames;
 use super::{LARGEST_COORDINATE, Points};
 use crate::error::Result;
 use crate::memory;
 use source::Source;
+
+/// Endings of files that are no text of points.
+const NOT_READ: [&str; 24] = [
+    "bdf", "cdb", "dxf", "e", "exo", "fem", "h5", "iges", "igs", "k", "mesh", "nas", "obj", "ply",
+    "pvd", "pvtu", "step", "stl", "stp", "unv", "vtk", "vtp", "xdmf", "zip",
+];
 
 impl Points {
     /// Reads points from a file, whose name tells what it is: `.inp` (Abaqus), `.msh` (Gmsh 4.1 or
     /// 2.2), `.vtu` (VTK), anything else text.
     ///
     /// Text has a point a line: `x y z volume`, `x y z block volume`, or `x y area` in two dimensions,
-    /// with blanks or commas between the numbers; `#`, `!` and `%` begin comments. Blocks become sets
-    /// `block_1` and so on.
+    /// with blanks or commas between the numbers; `#`, `!` and `%` begin comments. A first line may name the
+    /// columns, in any order and with others beside them. Blocks become sets `block_1` and so on.
     ///
     /// Of a mesh, each cell of the highest dimension becomes a point in its centroid with its volume (plane
     /// cells: its area), in the file's order. Groups of such cells become sets. A group of nodes, or of
@@ -50,6 +57,12 @@ impl Points {
             "inp" => abaqus::read(&source)?.into_points(&source),
             "msh" => gmsh::read(&source)?.into_points(&source),
             "vtu" => vtu::read(&source),
+            other if NOT_READ.contains(&other) => source.unsupported(
+                0,
+                format_args!(
+                    "files that end in .{other} are not read; known are .inp, .msh, .vtu, and others as text"
+                ),
+            ),
             _ => text::read(&source),
         }
     }
@@ -91,7 +104,7 @@ impl Cloud {
         let mut points = match made {
             Ok(points) => points,
             Err(Coincident(first, second)) => {
-                let line = |point: usize| self.lines.get(point);
+                let line = |point: usize| self.lines.get(point).filter(|&&line| line > 0);
                 return match (line(first), line(second)) {
                     (Some(first), Some(second)) => source.flaw(
                         (*second).max(*first) as usize,
@@ -106,8 +119,9 @@ impl Cloud {
                 };
             }
         };
+        let mut names = SetNames::default();
         for (block, members) in self.blocks {
-            points.add_new_set(&format!("block_{block}"), members);
+            points.add_new_set(&format!("block_{block}"), members, &mut names);
         }
         Ok(points)
     }

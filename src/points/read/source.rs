@@ -32,6 +32,10 @@ impl Source {
         let size = usize::try_from(size).unwrap_or(usize::MAX);
         let mut bytes = memory::filled(0, size, "the contents of a file")?;
         file.read_exact(&mut bytes).map_err(failed)?;
+        if bytes.starts_with(b"\xef\xbb\xbf") {
+            // The mark of UTF-8, which says nothing.
+            bytes.drain(..3);
+        }
         Ok(Self { name, bytes })
     }
 
@@ -63,8 +67,7 @@ impl Source {
 
     /// The lines with their numbers from 1, without blanks around them.
     pub(super) fn lines(&self) -> impl Iterator<Item = (usize, &[u8])> {
-        let text = self.bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&self.bytes);
-        let lines = text.split(|&byte| byte == b'\n').enumerate();
+        let lines = self.bytes.split(|&byte| byte == b'\n').enumerate();
         lines.map(|(place, line)| (place + 1, line.trim_ascii()))
     }
 }
@@ -79,7 +82,13 @@ pub(super) fn shown(piece: &[u8]) -> String {
     let piece = piece.trim_ascii();
     let text = String::from_utf8_lossy(&piece[..piece.len().min(4 * SHOWN)]);
     let mut cut = String::new();
-    cut.extend(text.chars().take(SHOWN).flat_map(char::escape_debug));
+    for letter in text.chars().take(SHOWN) {
+        if letter.is_control() {
+            cut.extend(letter.escape_debug());
+        } else {
+            cut.push(letter);
+        }
+    }
     let dots = if text.chars().count() > SHOWN { "..." } else { "" };
     format!("'{cut}{dots}'")
 }

@@ -7,11 +7,16 @@
 use std::ops::{Add, Mul, Sub};
 
 /// Most nodes that a cell has.
-pub(super) const MOST_NODES: usize = 10;
+pub(super) const MOST_NODES: usize = 27;
+
+/// Volume, over that of a cube of the cell's extent, below which it is made of rounding.
+const FLAT: f64 = 1e-13;
 
 /// A kind of cell, with its nodes in the order of VTK.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
+    /// What has a number but no extent: a mass, a spring.
+    Nothing,
     /// A point.
     Vertex,
     /// A line of so many nodes.
@@ -26,6 +31,8 @@ pub(super) enum Kind {
     Pyramid5,
     Wedge6,
     Hexahedron8,
+    Hexahedron20,
+    Hexahedron27,
 }
 
 /// Volume (in two dimensions: area) and centroid of a cell.
@@ -38,6 +45,7 @@ pub(super) struct Measure {
 impl Kind {
     pub(super) fn nodes(self) -> usize {
         match self {
+            Self::Nothing => 0,
             Self::Vertex => 1,
             Self::Line(nodes) => nodes.into(),
             Self::Triangle3 => 3,
@@ -47,12 +55,14 @@ impl Kind {
             Self::Quadrilateral8 | Self::Hexahedron8 => 8,
             Self::Quadrilateral9 => 9,
             Self::Tetrahedron10 => 10,
+            Self::Hexahedron20 => 20,
+            Self::Hexahedron27 => 27,
         }
     }
 
     pub(super) fn dimension(self) -> usize {
         match self {
-            Self::Vertex => 0,
+            Self::Nothing | Self::Vertex => 0,
             Self::Line(_) => 1,
             Self::Triangle3
             | Self::Triangle6
@@ -63,7 +73,9 @@ impl Kind {
             | Self::Tetrahedron10
             | Self::Pyramid5
             | Self::Wedge6
-            | Self::Hexahedron8 => 3,
+            | Self::Hexahedron8
+            | Self::Hexahedron20
+            | Self::Hexahedron27 => 3,
         }
     }
 
@@ -77,6 +89,8 @@ impl Kind {
         for (corner, node) in corners.iter_mut().zip(nodes) {
             *corner = [node[0] - origin[0], node[1] - origin[1], node[2] - origin[2]];
         }
+        let extent = corners.iter().flatten().fold(0.0, |extent: f64, x| extent.max(x.abs()));
+        let least_volume = FLAT * extent.powi(self.dimension() as i32);
         if let Some((volume, corner_count)) = match self {
             Self::Triangle3 => Some((0.5 * cross(corners[1], corners[2])[2], 3.0)),
             Self::Tetrahedron4 => Some((dot(corners[3], cross(corners[1], corners[2])) / 6.0, 4.0)),
@@ -85,7 +99,7 @@ impl Kind {
             let moment = std::array::from_fn(|axis| {
                 volume * corners.iter().map(|corner| corner[axis]).sum::<f64>() / corner_count
             });
-            return sound(volume, moment, origin);
+            return sound(volume, moment, origin, least_volume);
         }
         let rule = gauss(self.rule());
         let heights = if solid { rule } else { &[(0.0, 1.0)] };
@@ -106,13 +120,13 @@ impl Kind {
         if least < 0.0 && most > 0.0 {
             return None;
         }
-        sound(volume, moment, origin)
+        sound(volume, moment, origin, least_volume)
     }
 
     /// Points of Gauss's rule along each axis that volume and centroid need.
     fn rule(self) -> usize {
         match self {
-            Self::Tetrahedron10 => 4,
+            Self::Tetrahedron10 | Self::Hexahedron20 | Self::Hexahedron27 => 4,
             Self::Triangle6 | Self::Quadrilateral8 | Self::Quadrilateral9 => 3,
             _ => 2,
         }
@@ -144,7 +158,6 @@ impl Kind {
     /// The shape functions at a place of the unit square or cube.
     fn shapes(self, [u, v, w]: [Slope; 3]) -> [Slope; MOST_NODES] {
         let one = Slope::constant(1.0);
-        let two = Slope::constant(2.0);
         let four = Slope::constant(4.0);
         let zero = Slope::constant(0.0);
         let mut shapes = [zero; MOST_NODES];
@@ -156,7 +169,8 @@ impl Kind {
         let square = [(one - u) * (one - v), u * (one - v), u * v, (one - u) * v];
         match self {
             // The first two have no extent to speak of, the others are taken without shape functions.
-            Self::Vertex | Self::Line(_) | Self::Triangle3 | Self::Tetrahedron4 => {}
+            Self::Nothing | Self::Vertex | Self::Line(_) | Self::Triangle3 | Self::Tetrahedron4 => {
+            }
             Self::Triangle6 => {
                 quadratic(&triangle, &[[0, 1], [1, 2], [2, 0]], &mut shapes);
             }
@@ -175,15 +189,37 @@ impl Kind {
                 }
             }
             Self::Quadrilateral9 => {
-                let along = |t: Slope| {
-                    [(one - t) * (one - two * t), t * (two * t - one), four * t * (one - t)]
-                };
-                let (x, y) = (along(u), along(v));
-                // Place of each node: 0 at the beginning, 1 at the end, 2 in the middle of an axis.
-                let places =
-                    [[0, 0], [1, 0], [1, 1], [0, 1], [2, 0], [1, 2], [2, 1], [0, 2], [2, 2]];
-                for (shape, [column, row]) in shapes.iter_mut().zip(places) {
+                let (x, y) = (lagrange(u), lagrange(v));
+                for (shape, [column, row, _]) in shapes.iter_mut().zip(PLACES_OF_9) {
                     *shape = x[column] * y[row];
+                }
+            }
+            Self::Hexahedron20 => {
+                // Middles of edges first; each takes half of itself from the corners at its ends.
+                for (shape, place) in shapes.iter_mut().zip(PLACES_OF_27).take(20).skip(8) {
+                    *shape = [u, v, w].into_iter().zip(place).fold(one, |product, (t, place)| {
+                        product * [one - t, t, four * t * (one - t)][place]
+                    });
+                }
+                for corner in 0..8 {
+                    let at = PLACES_OF_27[corner];
+                    let mut shape = [u, v, w]
+                        .into_iter()
+                        .zip(at)
+                        .fold(one, |product, (t, place)| product * [one - t, t][place]);
+                    for edge in 8..20 {
+                        let ends = PLACES_OF_27[edge].into_iter().zip(at);
+                        if ends.into_iter().all(|(edge, corner)| edge == 2 || edge == corner) {
+                            shape = shape - Slope::constant(0.5) * shapes[edge];
+                        }
+                    }
+                    shapes[corner] = shape;
+                }
+            }
+            Self::Hexahedron27 => {
+                let (x, y, z) = (lagrange(u), lagrange(v), lagrange(w));
+                for (shape, [column, row, layer]) in shapes.iter_mut().zip(PLACES_OF_27) {
+                    *shape = x[column] * y[row] * z[layer];
                 }
             }
             Self::Tetrahedron10 => {
@@ -208,9 +244,10 @@ impl Kind {
 }
 
 /// The measure, if it is one.
-fn sound(volume: f64, moment: [f64; 3], origin: [f64; 3]) -> Option<Measure> {
+fn sound(volume: f64, moment: [f64; 3], origin: [f64; 3], least_volume: f64) -> Option<Measure> {
     let centroid: [f64; 3] = std::array::from_fn(|axis| origin[axis] + moment[axis] / volume);
-    let sound = volume != 0.0 && volume.is_finite() && centroid.iter().all(|x| x.is_finite());
+    let sound =
+        volume.abs() > least_volume && volume.is_finite() && centroid.iter().all(|x| x.is_finite());
     sound.then_some(Measure { volume: volume.abs(), centroid })
 }
 
@@ -220,6 +257,54 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Where the nodes of cells stand along each axis: 0 at its beginning, 1 at its end, 2 in its middle.
+const PLACES_OF_9: [[usize; 3]; 9] = [
+    [0, 0, 0],
+    [1, 0, 0],
+    [1, 1, 0],
+    [0, 1, 0],
+    [2, 0, 0],
+    [1, 2, 0],
+    [2, 1, 0],
+    [0, 2, 0],
+    [2, 2, 0],
+];
+const PLACES_OF_27: [[usize; 3]; 27] = [
+    [0, 0, 0],
+    [1, 0, 0],
+    [1, 1, 0],
+    [0, 1, 0],
+    [0, 0, 1],
+    [1, 0, 1],
+    [1, 1, 1],
+    [0, 1, 1],
+    [2, 0, 0],
+    [1, 2, 0],
+    [2, 1, 0],
+    [0, 2, 0],
+    [2, 0, 1],
+    [1, 2, 1],
+    [2, 1, 1],
+    [0, 2, 1],
+    [0, 0, 2],
+    [1, 0, 2],
+    [1, 1, 2],
+    [0, 1, 2],
+    [0, 2, 2],
+    [1, 2, 2],
+    [2, 0, 2],
+    [2, 1, 2],
+    [2, 2, 0],
+    [2, 2, 1],
+    [2, 2, 2],
+];
+
+/// Quadratic shape functions of an axis: at its beginning, its end and its middle.
+fn lagrange(t: Slope) -> [Slope; 3] {
+    let (one, two, four) = (Slope::constant(1.0), Slope::constant(2.0), Slope::constant(4.0));
+    [(one - t) * (one - two * t), t * (two * t - one), four * t * (one - t)]
 }
 
 /// Shape functions of a simplex with a node in the middle of each edge.

@@ -1,6 +1,6 @@
 use super::*;
 
-const KINDS: [Kind; 10] = [
+const KINDS: [Kind; 12] = [
     Kind::Triangle3,
     Kind::Triangle6,
     Kind::Quadrilateral4,
@@ -11,6 +11,8 @@ const KINDS: [Kind; 10] = [
     Kind::Pyramid5,
     Kind::Wedge6,
     Kind::Hexahedron8,
+    Kind::Hexahedron20,
+    Kind::Hexahedron27,
 ];
 
 /// Corners of the reference cell, and its volume.
@@ -27,10 +29,33 @@ fn corners(kind: Kind) -> (Vec<[f64; 3]>, f64) {
         Kind::Tetrahedron4 | Kind::Tetrahedron10 => ([&triangle[..], &[tip]].concat(), 1.0 / 6.0),
         Kind::Pyramid5 => ([&square[..], &[tip]].concat(), 1.0 / 3.0),
         Kind::Wedge6 => (lifted(&triangle), 0.5),
-        Kind::Hexahedron8 => (lifted(&square), 1.0),
+        Kind::Hexahedron8 | Kind::Hexahedron20 | Kind::Hexahedron27 => (lifted(&square), 1.0),
         _ => (square.to_vec(), 1.0),
     }
 }
+
+/// Corners around the middles of edges, faces and all of a hexahedron.
+const HEXAHEDRON: [&[usize]; 19] = [
+    &[0, 1],
+    &[1, 2],
+    &[2, 3],
+    &[3, 0],
+    &[4, 5],
+    &[5, 6],
+    &[6, 7],
+    &[7, 4],
+    &[0, 4],
+    &[1, 5],
+    &[2, 6],
+    &[3, 7],
+    &[0, 3, 4, 7],
+    &[1, 2, 5, 6],
+    &[0, 1, 4, 5],
+    &[2, 3, 6, 7],
+    &[0, 1, 2, 3],
+    &[4, 5, 6, 7],
+    &[0, 1, 2, 3, 4, 5, 6, 7],
+];
 
 /// All nodes of the reference cell: the corners, and the middles of edges and of the whole.
 fn nodes(kind: Kind) -> Vec<[f64; 3]> {
@@ -43,6 +68,8 @@ fn nodes(kind: Kind) -> Vec<[f64; 3]> {
         Kind::Quadrilateral8 => &[&[0, 1], &[1, 2], &[2, 3], &[3, 0]],
         Kind::Quadrilateral9 => &[&[0, 1], &[1, 2], &[2, 3], &[3, 0], &[0, 1, 2, 3]],
         Kind::Tetrahedron10 => &[&[0, 1], &[1, 2], &[2, 0], &[0, 3], &[1, 3], &[2, 3]],
+        Kind::Hexahedron20 => &HEXAHEDRON[..12],
+        Kind::Hexahedron27 => &HEXAHEDRON,
         _ => &[],
     };
     for of in middles {
@@ -84,10 +111,11 @@ fn an_affine_cell_has_the_volume_and_centroid_of_its_corners() {
 
 #[test]
 fn curved_cells_are_measured_exactly() {
-    // y -> y + c x (1 - x) is quadratic, keeps volumes, and lifts the centroid of the square by c / 6.
+    // y -> y + c x (1 - x) is quadratic, keeps volumes, and lifts the centroid of square and cube by c / 6.
     let c = 0.3;
     let bent = |[x, y, z]: [f64; 3]| [x, y + c * x * (1.0 - x), z];
-    for kind in [Kind::Quadrilateral8, Kind::Quadrilateral9] {
+    for kind in [Kind::Quadrilateral8, Kind::Quadrilateral9, Kind::Hexahedron20, Kind::Hexahedron27]
+    {
         let measure = kind.measure(&moved(kind, bent)).unwrap();
         assert!((measure.volume - 1.0).abs() < 1e-14, "{kind:?}: {measure:?}");
         assert!((measure.centroid[1] - (0.5 + c / 6.0)).abs() < 1e-14, "{measure:?}");

@@ -6,7 +6,7 @@ mod version4;
 
 use std::collections::BTreeMap;
 
-use super::cells::Kind;
+use super::cells::{Kind, MOST_NODES};
 use super::mesh::{GroupPlace, Members, Mesh};
 use super::source::{Source, shown, words};
 use crate::error::Result;
@@ -25,8 +25,10 @@ const KINDS: &[(i64, Kind)] = &[
     (9, Kind::Triangle6),
     (10, Kind::Quadrilateral9),
     (11, Kind::Tetrahedron10),
+    (12, Kind::Hexahedron27),
     (15, Kind::Vertex),
     (16, Kind::Quadrilateral8),
+    (17, Kind::Hexahedron20),
     (26, Kind::Line(4)),
     (27, Kind::Line(5)),
     (28, Kind::Line(6)),
@@ -42,6 +44,11 @@ pub(super) fn read(source: &Source) -> Result<Mesh> {
     while let Some(section) = reader.section()? {
         match section {
             b"PhysicalNames" => names(&mut reader, &mut meshed)?,
+            b"ParametricNodes" => {
+                return reader.unsupported(
+                    "nodes with parameters are not read from version 2.2; save it as 4.1",
+                );
+            }
             b"PartitionedEntities" => {
                 return reader.unsupported("partitioned meshes are not read; save it as a whole");
             }
@@ -63,6 +70,12 @@ pub(super) fn read(source: &Source) -> Result<Mesh> {
     }
     if version == Version::Two {
         meshed.mesh.merge_twins();
+    }
+    // Names may stand behind the elements.
+    for (&key, &group) in &meshed.groups {
+        let unnamed = || format!("physical_{}_{}", UNNAMED[key.0.min(3)], key.1);
+        let name = meshed.names.get(&key).cloned().unwrap_or_else(unnamed);
+        meshed.mesh.name_group(group, name);
     }
     Ok(meshed.mesh)
 }
@@ -92,9 +105,7 @@ impl Meshed {
         let group = match self.groups.get(&key) {
             Some(&group) => group,
             None => {
-                let unnamed = || format!("physical_{}_{}", UNNAMED[dimension.min(3)], key.1);
-                let name = self.names.get(&key).cloned().unwrap_or_else(unnamed);
-                let group = self.mesh.add_group(&name, Members::Cells)?;
+                let group = self.mesh.add_group("", Members::Cells)?;
                 self.groups.insert(key, group);
                 group
             }
@@ -174,7 +185,7 @@ fn kind(reader: &Reader, number: i64) -> Result<Kind> {
         Some((_, kind)) => Ok(*kind),
         None => reader.unsupported(format_args!(
             "elements of type {number} are not read; known are triangles, quadrilaterals and \
-             tetrahedra of first and second order, hexahedra, prisms and pyramids of first order"
+             tetrahedra and hexahedra of first and second order, prisms and pyramids of first order"
         )),
     }
 }
@@ -186,10 +197,21 @@ fn cell(reader: &mut Reader, mesh: &mut Mesh, number: u64, kind: Kind, wide: boo
         let node = if wide { reader.size("a node")? } else { reader.tag("a node")? };
         mesh.add_corner(node)?;
     }
-    if kind == Kind::Tetrahedron10 {
-        // Gmsh has the middles of its last two edges the other way round.
-        let corners = mesh.last_corners();
-        corners.swap(8, 9);
+    // Gmsh has its own order of the middles of edges and faces.
+    let order: &[usize] = match kind {
+        Kind::Tetrahedron10 => &[9, 8],
+        Kind::Hexahedron20 => &[8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15],
+        Kind::Hexahedron27 => {
+            &[8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15, 22, 23, 21, 24, 20, 25, 26]
+        }
+        _ => &[],
+    };
+    let corners = mesh.last_corners();
+    let before: [u64; MOST_NODES] =
+        std::array::from_fn(|place| corners.get(place).copied().unwrap_or(0));
+    let from = corners.len() - order.len();
+    for (corner, &place) in corners[from..].iter_mut().zip(order) {
+        *corner = before[place];
     }
     Ok(())
 }

@@ -18,8 +18,7 @@ pub(super) struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     pub(super) fn new(source: &'a Source) -> Self {
-        let text = source.bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&source.bytes);
-        Self { source, rest: text, line: 1, next_line: 1, binary: false }
+        Self { source, rest: &source.bytes, line: 1, next_line: 1, binary: false }
     }
 
     /// What follows is binary where the format allows it.
@@ -68,8 +67,8 @@ impl<'a> Reader<'a> {
         if line.strip_prefix(b"$End") == Some(name) {
             return Ok(());
         }
-        let name = String::from_utf8_lossy(name);
-        self.flaw(format_args!("expected $End{name}, found {}", shown(line)))
+        let name = shown(name);
+        self.flaw(format_args!("expected the end of section {name}, found {}", shown(line)))
     }
 
     /// Passes over a section.
@@ -88,8 +87,8 @@ impl<'a> Reader<'a> {
                 return Ok(());
             }
         }
-        let name = String::from_utf8_lossy(name);
-        self.flaw(format_args!("expected $End{name} of the section that begins here, found none"))
+        let name = shown(name);
+        self.flaw(format_args!("expected the end of section {name} that begins here, found none"))
     }
 
     /// What is left of the line, without blanks around it.
@@ -148,7 +147,7 @@ impl<'a> Reader<'a> {
         let word = self.word();
         match integer(word) {
             Some(number) => Ok(number),
-            None => self.flaw(format_args!("expected {what}, found {}", shown(word))),
+            None => self.flaw(format_args!("expected {what}, found {}", found(word))),
         }
     }
 
@@ -160,7 +159,7 @@ impl<'a> Reader<'a> {
         let word = self.word();
         match real(word) {
             Some(number) => Ok(number),
-            None => self.flaw(format_args!("expected {what}, found {}", shown(word))),
+            None => self.flaw(format_args!("expected {what}, found {}", found(word))),
         }
     }
 
@@ -170,11 +169,12 @@ impl<'a> Reader<'a> {
             Some(number) => Ok(number),
             None => self.flaw(format_args!(
                 "expected {what}, whole and not negative, found {}",
-                shown(word)
+                found(word)
             )),
         }
     }
 
+    /// What stands up to the next blank.
     fn word(&mut self) -> &'a [u8] {
         self.skip_blanks();
         self.line = self.next_line;
@@ -205,4 +205,9 @@ impl<'a> Reader<'a> {
             self.rest = rest;
         }
     }
+}
+
+/// A word for a message; none is left at the end of the file.
+fn found(word: &[u8]) -> String {
+    if word.is_empty() { "the end of the file".into() } else { shown(word) }
 }

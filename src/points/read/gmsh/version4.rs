@@ -34,6 +34,8 @@ pub(super) fn entities(reader: &mut Reader, meshed: &mut Meshed) -> Result<()> {
                 let group = reader.int("a physical group")?;
                 memory::push(&mut members, group, "physical groups")?;
             }
+            members.sort_unstable();
+            members.dedup();
             if dimension > 0 {
                 for _ in 0..reader.count("a number of bounding entities", 1)? {
                     reader.int("a bounding entity")?;

@@ -1,5 +1,7 @@
 //! The numbers of arrays: as text, base64 or raw, packed by ZLib or not.
 
+use std::cell::Cell;
+
 use miniz_oxide::inflate::decompress_slice_iter_to_slice;
 
 use super::header::{Array, Data, Document, Number};
@@ -10,19 +12,41 @@ use crate::points::read::source::{Source, integer, real, shown, words};
 /// ZLib packs at most about a thousand bytes into one.
 const MOST_PACKED: u64 = 1040;
 
+/// What a file without compression holds at most: each byte a number.
+const MOST_PLAIN: u64 = size_of::<f64>() as u64;
+
 pub(super) struct Decoder<'a> {
     source: &'a Source,
     document: &'a Document<'a>,
+    /// Bytes of numbers that the file may still give: what stands in it once must not count many times.
+    budget: Cell<u64>,
 }
 
 impl<'a> Decoder<'a> {
     pub(super) fn new(source: &'a Source, document: &'a Document<'a>) -> Self {
-        Self { source, document }
+        let each = if document.compressed { MOST_PACKED } else { MOST_PLAIN };
+        let budget = Cell::new((source.bytes.len() as u64).saturating_mul(each));
+        Self { source, document, budget }
+    }
+
+    /// Takes the room of some numbers out of what the file may give.
+    fn spend(&self, array: &Array, numbers: u64) -> Result<()> {
+        let needed = numbers.saturating_mul(size_of::<f64>() as u64);
+        match self.budget.get().checked_sub(needed) {
+            Some(left) => {
+                self.budget.set(left);
+                Ok(())
+            }
+            None => array.flaw(
+                self.source,
+                "expected no more numbers than the file has room for, found the same bytes used again",
+            ),
+        }
     }
 
     /// The numbers of an array; `count`: how many there must be, if that is known.
     pub(super) fn reals(&self, array: &Array, count: Option<u64>) -> Result<Vec<f64>> {
-        let Data::Text(text) = array.data else {
+        let Data::Text(text) = &array.data else {
             return self.numbers(array, count, |bytes| match array.kind {
                 Number::Float(4) => f32::from_bits(unsigned(bytes) as u32).into(),
                 Number::Float(_) => f64::from_bits(unsigned(bytes)),
@@ -38,7 +62,7 @@ impl<'a> Decoder<'a> {
         if let Number::Float(_) = array.kind {
             return array.flaw(self.source, "expected whole numbers, found floating-point ones");
         }
-        let Data::Text(text) = array.data else {
+        let Data::Text(text) = &array.data else {
             return self.numbers(array, count, |bytes| match array.kind {
                 Number::Signed(_) => signed(bytes),
                 // More than an i64 holds is no index of anything.
@@ -77,7 +101,8 @@ impl<'a> Decoder<'a> {
         read: impl Fn(&[u8]) -> T,
     ) -> Result<Vec<T>> {
         let size = array.kind.bytes();
-        let mut bytes = self.bytes(array)?;
+        let expected = count.map(|count| count.saturating_mul(size as u64));
+        let mut bytes = self.bytes(array, expected)?;
         if !bytes.len().is_multiple_of(size) {
             return array.flaw(
                 self.source,
@@ -85,6 +110,7 @@ impl<'a> Decoder<'a> {
             );
         }
         self.check_count(array, count, (bytes.len() / size) as u64)?;
+        self.spend(array, (bytes.len() / size) as u64)?;
         if self.document.big_endian {
             bytes.chunks_exact_mut(size).for_each(<[u8]>::reverse);
         }
@@ -101,12 +127,12 @@ impl<'a> Decoder<'a> {
     }
 
     /// The bytes of an array, unpacked.
-    fn bytes(&self, array: &Array) -> Result<Vec<u8>> {
-        let (bytes, base64) = match array.data {
-            Data::Text(text) | Data::Base64(text) => (text, true),
+    fn bytes(&self, array: &Array, expected: Option<u64>) -> Result<Vec<u8>> {
+        let (bytes, base64) = match &array.data {
+            Data::Text(text) | Data::Base64(text) => (&text[..], true),
             Data::Appended(offset) => match &self.document.appended {
                 Some(appended) => {
-                    let from = usize::try_from(offset).ok();
+                    let from = usize::try_from(*offset).ok();
                     let Some(rest) = from.and_then(|from| appended.bytes.get(from..)) else {
                         return array.flaw(
                             self.source,
@@ -125,15 +151,26 @@ impl<'a> Decoder<'a> {
         if base64 && bytes.trim_ascii().is_empty() {
             return Ok(Vec::new());
         }
-        let decoded = self.unpack(&mut stream)?;
+        let decoded = self.unpack(&mut stream, expected)?;
         decoded.map_or_else(|text| array.flaw(self.source, text), Ok)
     }
 
     /// Reads what leads an array and then the array, or says what is wrong with it.
-    fn unpack(&self, stream: &mut Stream) -> Result<std::result::Result<Vec<u8>, String>> {
+    fn unpack(
+        &self,
+        stream: &mut Stream,
+        expected: Option<u64>,
+    ) -> Result<std::result::Result<Vec<u8>, String>> {
         let cut = || Ok(Err(String::from("expected more bytes, found the end of the data")));
         let Some(first) = self.lead(stream)? else { return cut() };
+        let another = |found: u64| {
+            let expected = expected.filter(|&expected| expected != found)?;
+            Some(format!("expected {expected} bytes, found {found}"))
+        };
         if !self.document.compressed {
+            if let Some(text) = another(first) {
+                return Ok(Err(text));
+            }
             return Ok(match stream.take(first)? {
                 Some(bytes) => Ok(bytes),
                 None => Err(format!("expected {first} bytes, found fewer")),
@@ -152,6 +189,9 @@ impl<'a> Decoder<'a> {
             let text = "expected as much as the file has room for, found";
             return Ok(Err(format!("{text} {first} blocks of {block} bytes")));
         };
+        if let Some(text) = another(total) {
+            return Ok(Err(text));
+        }
         let mut sizes = memory::reserved(first as usize, "an array")?;
         for _ in 0..first {
             let Some(size) = self.lead(stream)? else { return cut() };

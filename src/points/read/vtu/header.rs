@@ -1,5 +1,6 @@
 //! The XML of a `.vtu` file: which arrays there are and where their numbers stand.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 
 use quick_xml::Reader;
@@ -54,8 +55,8 @@ pub(super) struct Array<'a> {
 
 /// Where the numbers of an array stand.
 pub(super) enum Data<'a> {
-    Text(&'a [u8]),
-    Base64(&'a [u8]),
+    Text(Cow<'a, [u8]>),
+    Base64(Cow<'a, [u8]>),
     Appended(u64),
 }
 
@@ -114,7 +115,12 @@ impl Array<'_> {
     }
 
     pub(super) fn flaw<T>(&self, source: &Source, text: impl Display) -> Result<T> {
-        let text = format!("array '{}': {text}", self.name.escape_debug());
+        let name = if self.name.is_empty() {
+            format!("of {:?}", self.place)
+        } else {
+            shown(self.name.as_bytes())
+        };
+        let text = format!("array {name}: {text}");
         source.flaw(source.line_of(self.start), text)
     }
 }
@@ -197,7 +203,8 @@ impl<'a> Xml<'a> {
             Ok(event) => Ok(event),
             Err(reason) => {
                 let line = self.source.line_of(self.reader.error_position() as usize);
-                self.source.flaw(line, format_args!("expected XML, found {reason}"))
+                let reason = shown(reason.to_string().as_bytes());
+                self.source.flaw(line, format_args!("expected XML, found a fault: {reason}"))
             }
         }
     }
@@ -215,7 +222,10 @@ impl<'a> Xml<'a> {
         match tag.try_get_attribute(name) {
             Ok(None) => Ok(None),
             Ok(Some(found)) => Ok(Some(found.value.into_owned())),
-            Err(reason) => self.flaw(format_args!("expected attributes, found {reason}")),
+            Err(reason) => {
+                let reason = shown(reason.to_string().as_bytes());
+                self.flaw(format_args!("expected attributes, found a fault: {reason}"))
+            }
         }
     }
 
@@ -327,15 +337,46 @@ impl<'a> Xml<'a> {
         Ok(Some(Array { place, name, kind, components, data, start }))
     }
 
-    /// The text of the tag that has just begun.
-    fn text(&mut self, empty: bool) -> Result<&'a [u8]> {
-        if empty {
-            return Ok(&[]);
+    /// The text of the tag that has just begun, up to its end; what else stands within is passed over.
+    fn text(&mut self, empty: bool) -> Result<Cow<'a, [u8]>> {
+        let mut text: Cow<'a, [u8]> = Cow::Borrowed(&[]);
+        let (mut depth, start) = (usize::from(!empty), self.start);
+        while depth > 0 {
+            let from = self.reader.buffer_position() as usize;
+            let event = self.next()?;
+            let to = self.reader.buffer_position() as usize;
+            let piece: &[u8] = match event {
+                Event::Start(_) => {
+                    depth += 1;
+                    continue;
+                }
+                Event::End(_) => {
+                    depth -= 1;
+                    continue;
+                }
+                Event::Text(_) if depth == 1 => self.source.bytes.get(from..to).unwrap_or(&[]),
+                Event::CData(_) if depth == 1 => {
+                    let piece = self.source.bytes.get(from..to).unwrap_or(&[]);
+                    let piece = piece.strip_prefix(b"<![CDATA[").unwrap_or(piece);
+                    piece.strip_suffix(b"]]>").unwrap_or(piece)
+                }
+                Event::Eof => {
+                    self.start = start;
+                    return self.flaw("expected the end of the array, found the end of the file");
+                }
+                _ => continue,
+            };
+            if text.trim_ascii().is_empty() {
+                text = Cow::Borrowed(piece);
+            } else if !piece.trim_ascii().is_empty() {
+                let mut joined = memory::reserved(text.len() + piece.len() + 1, "an array")?;
+                joined.extend_from_slice(&text);
+                joined.push(b' ');
+                joined.extend_from_slice(piece);
+                text = Cow::Owned(joined);
+            }
         }
-        let from = self.reader.buffer_position() as usize;
-        let rest = &self.source.bytes[from.min(self.source.bytes.len())..];
-        let end = rest.iter().position(|&byte| byte == b'<').unwrap_or(rest.len());
-        Ok(&rest[..end])
+        Ok(text)
     }
 
     /// What follows the XML.

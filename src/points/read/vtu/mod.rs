@@ -18,6 +18,11 @@ const VOLUME: &str = "volume";
 /// Array of whole numbers that makes sets.
 const BLOCK: &str = "block";
 
+/// Array of flags of what is there a second time or hidden, and these flags.
+const GHOST: &str = "vtkGhostType";
+const GHOST_CELL: i64 = 1 | 32;
+const GHOST_POINT: i64 = 1 | 2;
+
 /// A type of cells of VTK's: its kind here, and its nodes in the order of that kind.
 struct CellType {
     number: i64,
@@ -45,7 +50,9 @@ const CELL_TYPES: &[CellType] = &[
     cell_type(22, Kind::Triangle6),
     cell_type(23, Kind::Quadrilateral8),
     cell_type(24, Kind::Tetrahedron10),
+    cell_type(25, Kind::Hexahedron20),
     cell_type(28, Kind::Quadrilateral9),
+    cell_type(29, Kind::Hexahedron27),
 ];
 
 pub(super) fn read(source: &Source) -> Result<Points> {
@@ -124,6 +131,7 @@ fn cells(
     let corners = decoder.integers(connectivity, None)?;
     let block = piece.named(Place::CellData, BLOCK).filter(|array| array.is_whole());
     let block = block.map(|array| decoder.integers(array, Some(piece.cells))).transpose()?;
+    let ghosts = flags(decoder, piece, Place::CellData, piece.cells)?;
     let mut start = 0;
     let spans = decoder.integers(ends, Some(piece.cells))?;
     let types = decoder.integers(types, Some(piece.cells))?;
@@ -140,16 +148,21 @@ fn cells(
         };
         start += span.len();
         // Points and rows of points, which have no extent, are there in clouds, too.
-        if matches!(number, 1..=4 | 21) {
+        if matches!(number, 1..=4 | 21) || is_set(&ghosts, place, GHOST_CELL) {
             continue;
         }
+        let number = match (number, span.len()) {
+            (7, 3) => 5,
+            (7, 4) => 9,
+            _ => number,
+        };
         let Some(known) = CELL_TYPES.iter().find(|known| known.number == number) else {
             return piece.unsupported(
                 source,
                 format_args!(
-                    "cells of type {number} are not read; known are triangles, quadrilaterals and \
-                     tetrahedra of first and second order, hexahedra, wedges and pyramids of first \
-                     order"
+                    "cells of type {number} are not read; known are triangles, quadrilaterals, \
+                     tetrahedra and hexahedra of first and second order, wedges and pyramids of \
+                     first order"
                 ),
             );
         };
@@ -166,7 +179,7 @@ fn cells(
         if let Some(block) = &block {
             memory::push(blocks, (block[place], mesh.cell_count() as u32), "blocks")?;
         }
-        mesh.begin_cell(place as u64, 0, known.kind)?;
+        mesh.begin_cell(mesh.cell_count() as u64, 0, known.kind)?;
         for turn in 0..span.len() {
             let corner = span[known.order.get(turn).copied().unwrap_or(turn)];
             let within = u64::try_from(corner).ok().filter(|&corner| corner < piece.points);
@@ -201,23 +214,40 @@ fn volumes(source: &Source, decoder: &Decoder, piece: &Piece, cloud: &mut Cloud)
         found => array.flaw(source, format_args!("expected 1 component, found {found}")),
     };
     scalar(array)?;
-    let first = cloud.volumes.len();
-    for volume in decoder.reals(array, Some(piece.points))? {
+    let ghosts = flags(decoder, piece, Place::PointData, piece.points)?;
+    let block = piece.named(Place::PointData, BLOCK).filter(|array| array.is_whole());
+    let blocks = block.map(|array| {
+        scalar(array)?;
+        decoder.integers(array, Some(piece.points))
+    });
+    let blocks = blocks.transpose()?;
+    for (place, volume) in decoder.reals(array, Some(piece.points))?.into_iter().enumerate() {
+        if is_set(&ghosts, place, GHOST_POINT) {
+            let ghost = 3 * cloud.volumes.len();
+            cloud.coordinates.drain(ghost..ghost + 3);
+            continue;
+        }
+        let point = cloud.volumes.len();
         if !is_volume(volume) {
-            let point = cloud.volumes.len();
             return array.flaw(
                 source,
                 format_args!("expected positive volumes, found {volume} of point {point}"),
             );
         }
         memory::push(&mut cloud.volumes, volume, "volumes")?;
-    }
-    let block = piece.named(Place::PointData, BLOCK).filter(|array| array.is_whole());
-    if let Some(array) = block {
-        scalar(array)?;
-        for (point, block) in decoder.integers(array, Some(piece.points))?.into_iter().enumerate() {
-            cloud.put_into_block(block, first + point)?;
+        if let Some(blocks) = &blocks {
+            cloud.put_into_block(blocks[place], point)?;
         }
     }
     Ok(())
+}
+
+/// Flags of a piece's points or cells, if it has some.
+fn flags(decoder: &Decoder, piece: &Piece, of: Place, count: u64) -> Result<Option<Vec<i64>>> {
+    let array = piece.named(of, GHOST).filter(|array| array.is_whole());
+    array.map(|array| decoder.integers(array, Some(count))).transpose()
+}
+
+fn is_set(flags: &Option<Vec<i64>>, place: usize, bits: i64) -> bool {
+    flags.as_ref().is_some_and(|flags| flags[place] & bits != 0)
 }
