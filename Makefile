@@ -35,7 +35,12 @@ all: library
 	@echo "next:  make install PREFIX=$$HOME/.local, and from there README.md, section \"Install and link\""
 
 library:
+	@command -v $(firstword $(CARGO)) > /dev/null || { \
+	  echo "cargo is missing: install Rust 1.88 or later (rustup), or say where it is by CARGO=..."; exit 1; }
 	$(BUILD) --lib
+	@test -f "$(LIB)/libperion.so" || { \
+	  echo "cargo has built for another machine: its configuration names a build.target, which to build for this one" \
+	  "must not"; exit 1; }
 	@ln -sf libperion.so "$(LIB)/libperion.so.$(ABI)"
 
 # A specimen is pulled apart and a plate branches, from C, Fortran and Rust; the hashes are equal.
@@ -47,15 +52,15 @@ demo: library
 test: library
 	@CARGO="$(CARGO)" TARGET="$(TARGET)" sh scripts/test.sh
 
-# Installs what is built, and builds only what is not: as root, run make first as yourself.
-INSTALLATION = MAKE="$(MAKE)" LIB="$(LIB)" VERSION="$(VERSION)" ABI="$(ABI)" \
+# Installs what is built, and builds what is not or is older than its sources: as root, run make first as yourself.
+INSTALLATION = MAKE="$(MAKE)" CARGO="$(CARGO)" LIB="$(LIB)" VERSION="$(VERSION)" ABI="$(ABI)" \
 	PREFIX="$(PREFIX)" LIBDIR="$(LIBDIR)" INCLUDEDIR="$(INCLUDEDIR)" DESTDIR="$(DESTDIR)" \
 	FORTRAN_SOURCES="$(FORTRAN_SOURCES)" NATIVE_LIBRARIES="$(NATIVE_LIBRARIES)"
 install:
-	@$(INSTALLATION) sh scripts/install.sh install
+	+@$(INSTALLATION) sh scripts/install.sh install
 
 uninstall:
-	@$(INSTALLATION) sh scripts/install.sh uninstall
+	+@$(INSTALLATION) sh scripts/install.sh uninstall
 
 bench:
 	$(CARGO) bench --bench throughput

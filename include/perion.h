@@ -3,7 +3,9 @@
  *
  * Every call that can fail returns a perion_status; perion_last_error() gives the calling thread's last
  * failure as text: function, argument, value, limit. A refused call changes nothing, and an output is
- * written only on success. A pointer is required (ERROR_NULL) unless its name ends in _or_null.
+ * written only on success. A pointer is required (ERROR_NULL) unless its name ends in _or_null, it is a
+ * callback, or the count beside it is 0. A call that makes an object writes its handle without a look at
+ * what stood there: destroy that first.
  *
  * Units are the host's own, consistent ones. Text is UTF-8 of at most 4096 bytes. Indices and axes start
  * at 0; vectors are stored point after point.
@@ -87,7 +89,8 @@ typedef int (*perion_function)(void *user,
                                double *values);
 
 /**
- * A quantity that every point has. Vectors have one number an axis; all others have one.
+ * A quantity that every point has. Vectors have one number an axis; all others have one. Numbers that are
+ * missing are kept for fields to come.
  */
 typedef int32_t perion_field;
 
@@ -307,7 +310,7 @@ typedef struct perion_memory {
 #define PERION_ERROR_UNSUPPORTED 10
 
 /**
- * An earlier internal error left the handle unusable: get, save and destroy still work.
+ * An earlier internal error left the handle unusable: get and destroy still work.
  */
 #define PERION_ERROR_POISONED 11
 
@@ -697,8 +700,9 @@ const char *perion_key_choices(int64_t index);
  * Brings points and a model together; both are copied and can be destroyed or used again.
  *
  * What follows is set-up, until the first call that needs the bonds: evaluate, commit, step,
- * stable_time_step, energy, health, bond_count, get_bonds, write_vtk, write_series, or a get of anything
- * but positions, displacement, velocity and body force. Only then a horizon that reaches no neighbour is found.
+ * stable_time_step, energy, health, bond_count, get_bonds, borrow and borrow_const, write_vtk and write_series
+ * with such fields, or a get or sum of anything but positions, displacement, velocity and body force. Only then
+ * a horizon that reaches no neighbour is found.
  *
  * ERROR_ARGUMENT: the model lacks density, horizon or an elastic constant, or holds what does not fit
  * together or to the dimension. ERROR_MEMORY. Since 0.1.
@@ -967,7 +971,8 @@ perion_status perion_simulation_borrow(struct perion_simulation *simulation,
                                        struct perion_view *view);
 
 /**
- * Lends the host DISPLACEMENT, VELOCITY, ACCELERATION or INTERNAL_FORCE to read only. A run of steps
+ * Lends the host DISPLACEMENT, VELOCITY, ACCELERATION or INTERNAL_FORCE to read only: `data` must not be
+ * written to. A run of steps
  * ends with ERROR_STATE when its progress callback has borrowed a view and not returned it.
  *
  * ERROR_ARGUMENT: as perion_simulation_borrow. ERROR_STATE: ACCELERATION or INTERNAL_FORCE after a change;

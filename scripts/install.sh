@@ -13,8 +13,27 @@ for setting in "PREFIX $PREFIX" "LIBDIR $LIBDIR" "INCLUDEDIR $INCLUDEDIR"; do
     esac
 done
 
-if [ "$action" = install ] && ! [ -f "$LIB/libperion.so" -a -f "$LIB/libperion.a" ]; then
+# Other letters mean something to shells, make, pkg-config or CMake.
+case $PREFIX$LIBDIR$INCLUDEDIR in
+    *[!A-Za-z0-9\ _./+,@%=:~-]*)
+        echo "PREFIX, LIBDIR and INCLUDEDIR may have letters, digits, blanks and _ . / + , @ % = : ~ -, not more"
+        exit 1 ;;
+esac
+
+# older: whether what is built lacks, or is older than what it is built from.
+older() {
+    [ -f "$LIB/libperion.so" ] && [ -f "$LIB/libperion.a" ] || return 0
+    [ -n "$(find src build.rs Cargo.toml Cargo.lock -newer "$LIB/libperion.so" -type f 2> /dev/null | head -n 1)" ]
+}
+
+if [ "$action" = install ] && older; then
+    if [ -f "$LIB/libperion.so" ] && ! command -v "${CARGO%% *}" > /dev/null 2>&1; then
+        echo "the library that is built is older than its sources: run make first, where cargo is"
+        exit 1
+    fi
     $MAKE library
+    # Where nothing was to be done but dates differ, they need not be looked at again.
+    touch -c "$LIB/libperion.so" "$LIB/libperion.a" 2> /dev/null || true
 fi
 
 filled=$(mktemp)
@@ -89,6 +108,12 @@ set_in CMAKE_LIBDIR "$(below '${_perion_prefix}' "$LIBDIR")"
 set_in CMAKE_INCLUDEDIR "$(below '${_perion_prefix}' "$INCLUDEDIR")"
 set_in CMAKE_FORTRAN_SOURCES "$FORTRAN_SOURCES"
 
+# An older version with the same interface, to which no link will lead any more.
+old=$(readlink "$DESTDIR$LIBDIR/libperion.so.$ABI" || true)
+case $old in
+    "libperion.so.$VERSION" | "") ;;
+    libperion.so.*) rm -f "$DESTDIR$LIBDIR/$old" ;;
+esac
 place 755 "$LIB/libperion.so" "$LIBDIR/libperion.so.$VERSION"
 place_link "libperion.so.$VERSION" "$LIBDIR/libperion.so.$ABI"
 place_link "libperion.so.$ABI" "$LIBDIR/libperion.so"
@@ -103,7 +128,8 @@ place_filled bindings/cmake/perionConfigVersion.cmake.in "$cmake/perionConfigVer
 place 644 bindings/cmake/perionFortran.cmake "$cmake/perionFortran.cmake"
 
 if [ "$action" = uninstall ]; then
-    for own in "$cmake" "$fortran" "$PREFIX/share/perion"; do
+    # Directories that nobody else has put anything into.
+    for own in "$cmake" "$LIBDIR/cmake" "$LIBDIR/pkgconfig" "$fortran" "$PREFIX/share/perion" "$INCLUDEDIR"; do
         rmdir "$DESTDIR$own" 2> /dev/null || true
     done
 elif [ -z "$DESTDIR" ] && [ "$(id -u)" -eq 0 ] && ldconfig -v -N -X 2> /dev/null | grep -q "^$LIBDIR:"; then
@@ -111,5 +137,9 @@ elif [ -z "$DESTDIR" ] && [ "$(id -u)" -eq 0 ] && ldconfig -v -N -X 2> /dev/null
     ldconfig
 fi
 if [ "$action" = install ] && [ -z "$DESTDIR" ]; then
-    echo "pkg-config: PKG_CONFIG_PATH=$LIBDIR/pkgconfig    CMake: -DCMAKE_PREFIX_PATH=$PREFIX"
+    case $LIBDIR in
+        "$PREFIX/lib") for_cmake=-DCMAKE_PREFIX_PATH=$PREFIX ;;
+        *) for_cmake=-Dperion_DIR=$cmake ;;
+    esac
+    echo "pkg-config: PKG_CONFIG_PATH=$LIBDIR/pkgconfig    CMake: $for_cmake"
 fi

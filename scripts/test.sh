@@ -21,9 +21,13 @@ step() {
 
 if $CARGO fmt --version > /dev/null 2>&1; then
     step "rustfmt" $CARGO fmt --check
+else
+    echo "not looked at, since rustfmt is not installed: the form of the sources"
 fi
 if $CARGO clippy --version > /dev/null 2>&1; then
     step "clippy" $CARGO clippy --release --target-dir "$TARGET" --quiet --all-targets -- -D warnings
+else
+    echo "not looked at, since clippy is not installed: lints"
 fi
 step "documentation" env RUSTDOCFLAGS="-D warnings" \
     $CARGO doc --no-deps --quiet --target-dir "$TARGET"

@@ -62,7 +62,7 @@ module perion_c
   !> The request makes sense but is not offered; the text says what is.
   integer(c_int32_t), parameter :: PERION_ERROR_UNSUPPORTED = 10_c_int32_t
 
-  !> An earlier internal error left the handle unusable: get, save and destroy still work.
+  !> An earlier internal error left the handle unusable: get and destroy still work.
   integer(c_int32_t), parameter :: PERION_ERROR_POISONED = 11_c_int32_t
 
   !> A defect of the library: please report the text.
@@ -607,8 +607,9 @@ module perion_c
     !> Brings points and a model together; both are copied and can be destroyed or used again.
     !>
     !> What follows is set-up, until the first call that needs the bonds: evaluate, commit, step,
-    !> stable_time_step, energy, health, bond_count, get_bonds, write_vtk, write_series, or a get of anything
-    !> but positions, displacement, velocity and body force. Only then a horizon that reaches no neighbour is found.
+    !> stable_time_step, energy, health, bond_count, get_bonds, borrow and borrow_const, write_vtk and write_series
+    !> with such fields, or a get or sum of anything but positions, displacement, velocity and body force. Only then
+    !> a horizon that reaches no neighbour is found.
     !>
     !> ERROR_ARGUMENT: the model lacks density, horizon or an elastic constant, or holds what does not fit
     !> together or to the dimension. ERROR_MEMORY. Since 0.1.
@@ -951,7 +952,8 @@ module perion_c
       integer(c_int32_t) :: perion_simulation_borrow
     end function perion_simulation_borrow
 
-    !> Lends the host DISPLACEMENT, VELOCITY, ACCELERATION or INTERNAL_FORCE to read only. A run of steps
+    !> Lends the host DISPLACEMENT, VELOCITY, ACCELERATION or INTERNAL_FORCE to read only: `data` must not be
+    !> written to. A run of steps
     !> ends with ERROR_STATE when its progress callback has borrowed a view and not returned it.
     !>
     !> ERROR_ARGUMENT: as perion_simulation_borrow. ERROR_STATE: ACCELERATION or INTERNAL_FORCE after a change;

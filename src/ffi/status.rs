@@ -31,7 +31,7 @@ pub const PERION_ERROR_CONVERGENCE: perion_status = 8;
 pub const PERION_ERROR_INTERRUPTED: perion_status = 9;
 /// The request makes sense but is not offered; the text says what is.
 pub const PERION_ERROR_UNSUPPORTED: perion_status = 10;
-/// An earlier internal error left the handle unusable: get, save and destroy still work.
+/// An earlier internal error left the handle unusable: get and destroy still work.
 pub const PERION_ERROR_POISONED: perion_status = 11;
 /// A defect of the library: please report the text.
 pub const PERION_ERROR_INTERNAL: perion_status = 12;

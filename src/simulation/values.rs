@@ -166,6 +166,8 @@ impl Simulation {
         let values = match field {
             Field::Displacement => &self.state.current.displacement,
             Field::Velocity => &self.state.current.velocity,
+            Field::Acceleration => &self.state.current.acceleration,
+            Field::InternalForce => &self.state.current.force,
             _ => self.state.host_load.as_ref().unwrap_or(&self.state.current.load),
         };
         let dimension = self.points.dimension();

@@ -16,7 +16,7 @@ mod header;
 use common::{in_crate, run, there_is};
 
 use header::Header;
-use perion as _;
+use perion::{FORMULATIONS, KEYS, Kind};
 use std::collections::BTreeSet;
 use std::ffi::{CStr, c_char};
 use std::fs;
@@ -40,6 +40,7 @@ const SOURCES: &[&str] = &[
     "simulation/files.rs",
 ];
 
+const KEYS_PAGE: &str = "docs/keys.md";
 const HEADER: &str = "include/perion.h";
 const INTERFACES: &str = "bindings/fortran/perion_c.f90";
 
@@ -113,6 +114,11 @@ fn the_shared_library_needs_only_the_c_runtime() {
 }
 
 #[test]
+fn the_committed_page_of_keys_is_what_the_library_knows() {
+    hold_to(KEYS_PAGE, &page_of_keys());
+}
+
+#[test]
 fn the_header_is_clean_in_every_dialect() {
     let twice =
         "#include \"perion.h\"\n#include \"perion.h\"\nint main(void) { return PERION_OK; }\n";
@@ -182,6 +188,35 @@ fn every_struct_begins_with_its_size() {
         let first = &it.fields[0];
         assert_eq!((&*first.name, &*first.ctype.base), ("struct_size", "int64_t"), "{}", it.name);
     }
+}
+
+/// What `perion_formulation_name`, `perion_key_name` and their kin give, as a page.
+fn page_of_keys() -> String {
+    let mut page = String::from(
+        "# Formulations and keys of models\n\nWritten by `make bindings`; a test holds it to the library. In a program \
+         `perion_formulation_name`, `perion_key_name` and what stands beside them give the same. Numbers are \
+         set by `perion_model_set`, choices by `perion_model_choose`; units are the host's own, consistent ones.\n\n\
+         | formulation | what it is |\n| --- | --- |\n",
+    );
+    for entry in &FORMULATIONS {
+        page += &format!("| `{}` | {} |\n", entry.name, entry.description);
+    }
+    page += "\n| key | takes | default | meaning |\n| --- | --- | --- | --- |\n";
+    for key in &KEYS {
+        let takes = match key.kind {
+            Kind::Choice(choices) => format!("`{}`", choices.replace('|', "`, `")),
+            Kind::Number { above, below } if below.is_infinite() && above.is_infinite() => {
+                "a number".into()
+            }
+            Kind::Number { above, below } if below.is_infinite() => {
+                format!("a number above {above}")
+            }
+            Kind::Number { above, below } => format!("a number above {above} and below {below}"),
+        };
+        let default = if key.default.is_empty() { "" } else { &format!("`{}`", key.default) };
+        page += &format!("| `{}` | {takes} | {default} | {} |\n", key.name, key.description);
+    }
+    page
 }
 
 fn generated_header() -> String {

@@ -120,7 +120,7 @@ static void what_is_wrong_is_said_with_its_line(const char *place)
     refuse(PERION_ERROR_FORMAT, written(place, "bad.inp", "*Node\n1,0,0\n*Element, type=C3D4\n5,1,2,3\n"),
            "bad.inp', line 5", "expected 1 more nodes");
     refuse(PERION_ERROR_UNSUPPORTED, written(place, "bad.inp", "*Include, input=other.inp\n"),
-           "bad.inp', line 1", "*INCLUDE is not read");
+           "bad.inp', line 1", "'*Include, input=other.inp' is not read");
     refuse(PERION_ERROR_FORMAT, written(place, "bad.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n"),
            "bad.msh', line 5", "a number of blocks");
     refuse(PERION_ERROR_FORMAT, written(place, "bad.vtu", "<VTKFile type='UnstructuredGrid'>\n<Piece/>\n"),

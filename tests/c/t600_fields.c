@@ -2,6 +2,8 @@
 #include "harness.h"
 #include "scene.h"
 
+#include <math.h>
+
 #include <string.h>
 
 static double values[SCENE_LENGTH], again[SCENE_LENGTH];
@@ -167,6 +169,23 @@ static void two_fields_can_be_lent_at_once(void)
     EXPECT_OK(perion_simulation_destroy(&simulation));
 }
 
+/* What was lent to read only is looked at when it comes back. */
+static void what_was_lent_to_read_is_not_written(void)
+{
+    perion_simulation *simulation = scene_simulation();
+    perion_view view;
+    double kept;
+
+    perion_view_init(&view, sizeof(perion_view));
+    EXPECT_OK(perion_simulation_borrow_const(simulation, PERION_FIELD_VELOCITY, &view));
+    kept = view.data[4];
+    view.data[4] = (double)INFINITY;
+    EXPECT_REFUSED(PERION_ERROR_NUMERIC, "velocity of point", perion_simulation_return(simulation, &view));
+    view.data[4] = kept;
+    EXPECT_OK(perion_simulation_return(simulation, &view));
+    EXPECT_OK(perion_simulation_destroy(&simulation));
+}
+
 int main(void)
 {
     harness_begin();
@@ -177,5 +196,6 @@ int main(void)
     a_view_is_the_librarys_own_memory();
     a_view_does_what_set_does();
     two_fields_can_be_lent_at_once();
+    what_was_lent_to_read_is_not_written();
     return harness_end();
 }

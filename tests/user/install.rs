@@ -3,6 +3,7 @@
 use crate::common::{in_crate, place, run};
 use crate::{make, prefix};
 use std::fs;
+use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -87,6 +88,59 @@ fn what_is_installed_knows_nothing_of_where_it_was_built() {
     for file in files(&stage) {
         let bytes = fs::read(stage.join(&file)).unwrap();
         assert!(!bytes.windows(built_in.len()).any(|part| part == built_in), "{}", file.display());
+    }
+}
+
+#[test]
+fn an_older_version_with_the_same_interface_is_replaced() {
+    let stage = place("user/replaced");
+    let lib = stage.join("usr/lib");
+    fs::create_dir_all(&lib).unwrap();
+    let other = format!("libperion.so.{}", abi() + "7");
+    for name in ["libperion.so.0.0.9", "libperion.so.9.9.9"] {
+        fs::write(lib.join(name), "").unwrap();
+    }
+    symlink("libperion.so.0.0.9", lib.join(format!("libperion.so.{}", abi()))).unwrap();
+    symlink("libperion.so.9.9.9", lib.join(&other)).unwrap();
+    make("install", &[("DESTDIR", &stage), ("PREFIX", Path::new("/usr"))]);
+    assert!(!lib.join("libperion.so.0.0.9").exists());
+    assert!(lib.join(other).exists(), "that of another interface stays");
+}
+
+/// What the script of the makefile says, with a library that was built long ago.
+fn install_with_an_old_library(cargo: &str, prefix: &str) -> (bool, String) {
+    let place = place("user/old_library");
+    for name in ["libperion.so", "libperion.a"] {
+        fs::write(place.join(name), "").unwrap();
+        run(Command::new("touch").args(["-d", "2001-01-01"]).arg(place.join(name)));
+    }
+    let output = Command::new("sh")
+        .args(["scripts/install.sh", "install"])
+        .current_dir(in_crate(""))
+        .envs([("MAKE", "echo builds"), ("CARGO", cargo), ("VERSION", "0.1.0"), ("ABI", "0")])
+        .envs([("FORTRAN_SOURCES", ""), ("NATIVE_LIBRARIES", ""), ("PREFIX", prefix)])
+        .env("LIB", &place)
+        .env("LIBDIR", format!("{prefix}/lib"))
+        .env("INCLUDEDIR", format!("{prefix}/include"))
+        .env("DESTDIR", place.join("stage"))
+        .output()
+        .unwrap();
+    (output.status.success(), String::from_utf8(output.stdout).unwrap())
+}
+
+#[test]
+fn a_library_older_than_its_sources_is_built_anew_or_not_installed() {
+    let (done, said) = install_with_an_old_library("true", "/usr");
+    assert!(done && said.starts_with("builds library\n"), "{said}");
+    let (done, said) = install_with_an_old_library("no-such-cargo", "/usr");
+    assert!(!done && said.contains("older than its sources: run make first"), "{said}");
+}
+
+#[test]
+fn a_prefix_that_shells_would_read_otherwise_is_refused() {
+    for prefix in ["/a#b", "/it's", "/a(b)", "/a;b", "/a$b", "/a\"b"] {
+        let (done, said) = install_with_an_old_library("true", prefix);
+        assert!(!done && said.contains("may have letters, digits"), "{prefix}: {said}");
     }
 }
 

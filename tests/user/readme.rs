@@ -57,7 +57,7 @@ fn its_lines_for_pkg_config_and_by_hand_work() {
     let all = commands("pkg-config");
     let (settings, compilations): (Vec<&str>, Vec<&str>) =
         all.lines().partition(|line| line.starts_with("export"));
-    assert_eq!(compilations.len(), 3);
+    assert_eq!(compilations.len(), 4);
     for line in compilations {
         shell(&format!("{}\n{line}", settings.join("\n")), &place, None);
         agree([place.join("bar")]);

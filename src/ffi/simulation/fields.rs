@@ -12,7 +12,8 @@ use crate::ffi::guard::{Failure, guard};
 use crate::ffi::status::perion_status;
 use crate::simulation::{Field, Simulation};
 
-/// A quantity that every point has. Vectors have one number an axis; all others have one.
+/// A quantity that every point has. Vectors have one number an axis; all others have one. Numbers that are
+/// missing are kept for fields to come.
 #[allow(non_camel_case_types)]
 pub type perion_field = i32;
 /// Position in the reference configuration, a length; a vector.

@@ -154,7 +154,8 @@ pub unsafe extern "C" fn perion_simulation_borrow(
     })
 }
 
-/// Lends the host DISPLACEMENT, VELOCITY, ACCELERATION or INTERNAL_FORCE to read only. A run of steps
+/// Lends the host DISPLACEMENT, VELOCITY, ACCELERATION or INTERNAL_FORCE to read only: `data` must not be
+/// written to. A run of steps
 /// ends with ERROR_STATE when its progress callback has borrowed a view and not returned it.
 ///
 /// ERROR_ARGUMENT: as perion_simulation_borrow. ERROR_STATE: ACCELERATION or INTERNAL_FORCE after a change;
@@ -205,6 +206,8 @@ pub unsafe extern "C" fn perion_simulation_return(
                 })?;
             } else {
                 handle::shared(simulation.cast_const(), |hosted| {
+                    // What must not have been written to may have been.
+                    hosted.simulation.take_back(loan.field)?;
                     hosted.loans.settle(loan);
                     Ok(())
                 })?;
