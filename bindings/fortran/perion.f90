@@ -693,9 +693,9 @@ module perion
       class(perion_points), intent(in) :: right
     end subroutine points_assign
 
-    impure elemental recursive module subroutine points_finalize(self)
+    recursive module subroutine points_free(self)
       type(perion_points), intent(inout) :: self
-    end subroutine points_finalize
+    end subroutine points_free
 
   end interface
 
@@ -755,9 +755,9 @@ module perion
       class(perion_model), intent(in) :: right
     end subroutine model_assign
 
-    impure elemental recursive module subroutine model_finalize(self)
+    recursive module subroutine model_free(self)
       type(perion_model), intent(inout) :: self
-    end subroutine model_finalize
+    end subroutine model_free
 
   end interface
 
@@ -867,9 +867,9 @@ module perion
       class(perion_simulation), intent(in) :: right
     end subroutine simulation_assign
 
-    impure elemental recursive module subroutine simulation_finalize(self)
+    recursive module subroutine simulation_free(self)
       type(perion_simulation), intent(inout) :: self
-    end subroutine simulation_finalize
+    end subroutine simulation_free
 
   end interface
 
@@ -1355,5 +1355,27 @@ module perion
     end subroutine simulation_write_series
 
   end interface
+
+contains
+
+  ! Of the module itself, since flang 16 takes no separate procedure as a final one.
+
+  impure elemental recursive subroutine points_finalize(self)
+    type(perion_points), intent(inout) :: self
+
+    call points_free(self)
+  end subroutine points_finalize
+
+  impure elemental recursive subroutine model_finalize(self)
+    type(perion_model), intent(inout) :: self
+
+    call model_free(self)
+  end subroutine model_finalize
+
+  impure elemental recursive subroutine simulation_finalize(self)
+    type(perion_simulation), intent(inout) :: self
+
+    call simulation_free(self)
+  end subroutine simulation_finalize
 
 end module perion

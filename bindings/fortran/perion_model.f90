@@ -43,11 +43,11 @@ contains
     call refuse_assignment('perion_model', c_associated(left%handle), c_associated(right%handle))
   end procedure model_assign
 
-  module procedure model_finalize
+  module procedure model_free
     integer(c_int32_t) :: status
 
     ! A call that still uses it keeps it.
     status = perion_model_destroy(self%handle)
-  end procedure model_finalize
+  end procedure model_free
 
 end submodule model_procedures

@@ -228,11 +228,11 @@ contains
     call refuse_assignment('perion_points', c_associated(left%handle), c_associated(right%handle))
   end procedure points_assign
 
-  module procedure points_finalize
+  module procedure points_free
     integer(c_int32_t) :: status
 
     ! A call that still uses them keeps them.
     status = perion_points_destroy(self%handle)
-  end procedure points_finalize
+  end procedure points_free
 
 end submodule points_procedures

@@ -88,10 +88,10 @@ contains
         c_associated(right%handle))
   end procedure simulation_assign
 
-  module procedure simulation_finalize
+  module procedure simulation_free
     ! A call that still uses it keeps it, and its callbacks.
     if (perion_simulation_destroy(self%handle) == PERION_OK) call free_callbacks(self)
-  end procedure simulation_finalize
+  end procedure simulation_free
 
   recursive subroutine free_callbacks(self)
     class(perion_simulation), intent(inout) :: self
