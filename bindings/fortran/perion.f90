@@ -502,7 +502,7 @@ module perion
     recursive module subroutine points_create(self, coordinates, volumes, error)
       class(perion_points), intent(inout) :: self
       real(c_double), target, intent(in) :: coordinates(:, :)
-      real(c_double), intent(in) :: volumes(:)
+      real(c_double), target, intent(in) :: volumes(:)
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine points_create
 
@@ -549,7 +549,7 @@ module perion
     !> ERROR_ARGUMENT: another number of horizons, a horizon that is not positive.
     recursive module subroutine points_set_horizons(self, horizons, error)
       class(perion_points), intent(inout) :: self
-      real(c_double), intent(in) :: horizons(:)
+      real(c_double), target, intent(in) :: horizons(:)
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine points_set_horizons
 
@@ -670,7 +670,7 @@ module perion
     !> The positions of all points (dimension,count), lengths.
     recursive module subroutine points_get_coordinates(self, coordinates, error)
       class(perion_points), intent(in) :: self
-      real(c_double), intent(inout) :: coordinates(:, :)
+      real(c_double), target, intent(inout) :: coordinates(:, :)
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine points_get_coordinates
 
@@ -914,14 +914,14 @@ module perion
     recursive module subroutine set_bond_integrity_int64(self, pairs, values, error)
       class(perion_simulation), intent(inout) :: self
       integer(c_int64_t), intent(in) :: pairs(:, :)
-      real(c_double), intent(in) :: values(:)
+      real(c_double), target, intent(in) :: values(:)
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine set_bond_integrity_int64
 
     recursive module subroutine set_bond_integrity_int32(self, pairs, values, error)
       class(perion_simulation), intent(inout) :: self
       integer(c_int32_t), intent(in) :: pairs(:, :)
-      real(c_double), intent(in) :: values(:)
+      real(c_double), target, intent(in) :: values(:)
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine set_bond_integrity_int32
 
@@ -1001,7 +1001,7 @@ module perion
       character(*), intent(in) :: set
       integer(c_int32_t), intent(in) :: quantity
       integer(c_int64_t), intent(in) :: axis
-      real(c_double), intent(in) :: times(:), values(:)
+      real(c_double), target, intent(in) :: times(:), values(:)
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine prescribe_table_int64
 
@@ -1010,7 +1010,7 @@ module perion
       character(*), intent(in) :: set
       integer(c_int32_t), intent(in) :: quantity
       integer(c_int32_t), intent(in) :: axis
-      real(c_double), intent(in) :: times(:), values(:)
+      real(c_double), target, intent(in) :: times(:), values(:)
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine prescribe_table_int32
 
@@ -1049,7 +1049,7 @@ module perion
       character(*), intent(in) :: set
       integer(c_int32_t), intent(in) :: quantity
       integer(c_int64_t), intent(in) :: axis
-      real(c_double), intent(in) :: values(:)
+      real(c_double), target, intent(in) :: values(:)
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine prescribe_values_int64
 
@@ -1058,7 +1058,7 @@ module perion
       character(*), intent(in) :: set
       integer(c_int32_t), intent(in) :: quantity
       integer(c_int32_t), intent(in) :: axis
-      real(c_double), intent(in) :: values(:)
+      real(c_double), target, intent(in) :: values(:)
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine prescribe_values_int32
 

@@ -23,6 +23,8 @@ contains
 
   module procedure prescribe_table_int64
     character(*), parameter :: call = 'perion_simulation_prescribe_table'
+    real(c_double), allocatable, target :: times_copy(:), values_copy(:)
+    real(c_double), pointer, contiguous :: all_times(:), all_values(:)
     integer(c_int64_t) :: count
     integer(c_int32_t) :: place
 
@@ -34,8 +36,10 @@ contains
           '; there must be as many of both', error)
       return
     end if
+    if (.not. lined_up(times, times_copy, all_times, call, error)) return
+    if (.not. lined_up(values, values_copy, all_values, call, error)) return
     if (ok(perion_simulation_prescribe_table(self%handle, c_text(set), quantity, place, count, &
-        times, values), error)) call forget_function(self, set, quantity, place)
+        all_times, all_values), error)) call forget_function(self, set, quantity, place)
   end procedure prescribe_table_int64
 
   module procedure prescribe_table_int32
@@ -71,11 +75,15 @@ contains
   end procedure prescribe_function_int32
 
   module procedure prescribe_values_int64
+    character(*), parameter :: call = 'perion_simulation_prescribe_values'
+    real(c_double), allocatable, target :: copy(:)
+    real(c_double), pointer, contiguous :: each(:)
     integer(c_int32_t) :: place
 
-    if (.not. has_axis(self, 'perion_simulation_prescribe_values', axis, place, error)) return
+    if (.not. has_axis(self, call, axis, place, error)) return
+    if (.not. lined_up(values, copy, each, call, error)) return
     if (ok(perion_simulation_prescribe_values(self%handle, c_text(set), quantity, place, &
-        size(values, kind=c_int64_t), values), error)) &
+        size(values, kind=c_int64_t), each), error)) &
         call forget_function(self, set, quantity, place)
   end procedure prescribe_values_int64
 

@@ -6,15 +6,16 @@ submodule (perion) points_procedures
       perion_points_get_set_name, perion_points_get_volumes, perion_points_read, &
       perion_points_set_count, perion_points_set_horizons, perion_points_set_size
   use perion_support
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_loc
+  use, intrinsic :: iso_c_binding, only: c_associated, c_bool, c_char, c_loc
   implicit none
 
 contains
 
   module procedure points_create
     character(*), parameter :: call = 'perion_points_create'
-    real(c_double), pointer, contiguous :: start(:)
+    real(c_double), pointer, contiguous :: start(:), each(:)
     real(c_double), allocatable :: packed(:, :)
+    real(c_double), allocatable, target :: copy(:)
     integer(c_int64_t) :: count, stride
     integer(c_int32_t) :: dimension
     type(c_ptr) :: fresh
@@ -28,16 +29,17 @@ contains
           ' points; coordinates are (dimension,count), volumes (count)', error)
       return
     end if
+    if (.not. lined_up(volumes, copy, each, call, error)) return
     fresh = c_null_ptr
     call in_place(coordinates, start, stride)
     if (associated(start)) then
-      if (.not. ok(perion_points_create(dimension, count, start, stride, volumes, fresh), error)) return
+      if (.not. ok(perion_points_create(dimension, count, start, stride, each, fresh), error)) return
     else
       allocate (packed(dimension, count), stat=flaw)
       if (.not. room(flaw, call, error)) return
       packed(:, :) = coordinates
       if (.not. ok(perion_points_create(dimension, count, packed, int(dimension, c_int64_t), &
-          volumes, fresh), error)) return
+          each, fresh), error)) return
     end if
     call replace(self, fresh, error)
   end procedure points_create
@@ -80,27 +82,63 @@ contains
   end subroutine replace
 
   module procedure points_set_horizons
-    call check(perion_points_set_horizons(self%handle, size(horizons, kind=c_int64_t), horizons), &
-        error)
+    character(*), parameter :: call = 'perion_points_set_horizons'
+    real(c_double), allocatable, target :: copy(:)
+    real(c_double), pointer, contiguous :: each(:)
+
+    if (lined_up(horizons, copy, each, call, error)) call check(perion_points_set_horizons( &
+        self%handle, size(horizons, kind=c_int64_t), each), error)
   end procedure points_set_horizons
 
   module procedure points_add_set_int64
-    character(*), parameter :: call = 'perion_points_add_set'
     integer(c_int64_t), allocatable :: places(:)
-    integer(c_int64_t) :: length, count
+    integer :: flaw
+
+    allocate (places(size(indices, kind=c_int64_t)), stat=flaw)
+    if (.not. room(flaw, 'perion_points_add_set', error)) return
+    places(:) = indices
+    call add_set(self, name, places, error)
+  end procedure points_add_set_int64
+
+  module procedure points_add_set_int32
+    integer(c_int64_t), allocatable :: places(:)
+    integer :: flaw
+
+    allocate (places(size(indices, kind=c_int64_t)), stat=flaw)
+    if (.not. room(flaw, 'perion_points_add_set', error)) return
+    places(:) = indices
+    call add_set(self, name, places, error)
+  end procedure points_add_set_int32
+
+  !> Names a set by indices, which become the library's.
+  recursive subroutine add_set(self, name, indices, error)
+    class(perion_points), intent(in) :: self
+    character(*), intent(in) :: name
+    integer(c_int64_t), allocatable, intent(inout) :: indices(:)
+    type(perion_error), allocatable, optional, intent(inout) :: error
+    character(*), parameter :: call = 'perion_points_add_set'
+    logical(c_bool), allocatable :: is_given(:)
+    integer(c_int64_t) :: length, count, k
+    integer :: flaw
 
     if (.not. is_live(self%handle, call, error)) return
     if (.not. ok(perion_points_count(self%handle, count), error)) return
     length = size(indices, kind=c_int64_t)
-    call from_one(call, 'indices', length, indices, count, places, error)
-    if (allocated(places)) then
-      call check(perion_points_add_set(self%handle, c_text(name), length, places), error)
-    end if
-  end procedure points_add_set_int64
-
-  module procedure points_add_set_int32
-    call points_add_set_int64(self, name, int(indices, c_int64_t), error)
-  end procedure points_add_set_int32
+    if (.not. from_one(call, 'indices', length, indices, count, error)) return
+    ! The library finds this too, but counts from 0.
+    allocate (is_given(0:count - 1), stat=flaw)
+    if (.not. room(flaw, call, error)) return
+    is_given(:) = .false._c_bool
+    do k = 1, length
+      if (is_given(indices(k))) then
+        call refuse(PERION_ERROR_ARGUMENT, call // ': ''indices'' names point ' // &
+            number(indices(k) + 1) // ' twice', error)
+        return
+      end if
+      is_given(indices(k)) = .true._c_bool
+    end do
+    call check(perion_points_add_set(self%handle, c_text(name), length, indices), error)
+  end subroutine add_set
 
   module procedure points_add_set_box
     character(*), parameter :: call = 'perion_points_add_set_box'
@@ -184,8 +222,14 @@ contains
   end procedure points_set_size_int32
 
   module procedure points_get_set_int64
-    if (ok(perion_points_get_set(self%handle, c_text(name), size(indices, kind=c_int64_t), indices), &
-        error)) indices = indices + 1
+    character(*), parameter :: call = 'perion_points_get_set'
+    integer(c_int64_t), allocatable :: places(:)
+    integer :: flaw
+
+    allocate (places(size(indices, kind=c_int64_t)), stat=flaw)
+    if (.not. room(flaw, call, error)) return
+    if (ok(perion_points_get_set(self%handle, c_text(name), size(places, kind=c_int64_t), places), &
+        error)) indices = places + 1
   end procedure points_get_set_int64
 
   module procedure points_get_set_int32
@@ -201,8 +245,11 @@ contains
 
   module procedure points_get_coordinates
     character(*), parameter :: call = 'perion_points_get_coordinates'
-    integer(c_int64_t) :: count
+    real(c_double), pointer, contiguous :: start(:)
+    real(c_double), allocatable :: packed(:, :)
+    integer(c_int64_t) :: count, stride
     integer(c_int32_t) :: dimension
+    integer :: flaw
 
     if (.not. is_live(self%handle, call, error)) return
     if (.not. ok(perion_points_count(self%handle, count), error)) return
@@ -213,11 +260,26 @@ contains
           shape_text([int(dimension, c_int64_t), count]), error)
       return
     end if
-    call check(perion_points_get_coordinates(self%handle, coordinates, dimension * count), error)
+    call in_place(coordinates, start, stride)
+    if (associated(start) .and. stride == dimension) then
+      call check(perion_points_get_coordinates(self%handle, start, dimension * count), error)
+    else
+      allocate (packed(dimension, count), stat=flaw)
+      if (.not. room(flaw, call, error)) return
+      if (ok(perion_points_get_coordinates(self%handle, packed, dimension * count), error)) &
+          coordinates = packed
+    end if
   end procedure points_get_coordinates
 
   module procedure points_get_volumes
-    call check(perion_points_get_volumes(self%handle, volumes, size(volumes, kind=c_int64_t)), error)
+    character(*), parameter :: call = 'perion_points_get_volumes'
+    real(c_double), allocatable :: packed(:)
+    integer :: flaw
+
+    allocate (packed(size(volumes, kind=c_int64_t)), stat=flaw)
+    if (.not. room(flaw, call, error)) return
+    if (ok(perion_points_get_volumes(self%handle, packed, size(packed, kind=c_int64_t)), error)) &
+        volumes = packed
   end procedure points_get_volumes
 
   module procedure points_destroy

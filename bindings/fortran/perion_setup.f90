@@ -108,17 +108,32 @@ contains
 
   module procedure break_bonds_int64
     character(*), parameter :: call = 'perion_simulation_break_bonds'
-    integer(c_int64_t), allocatable :: places(:)
+    integer(c_int64_t), allocatable :: places(:, :)
 
-    if (.not. are_pairs(self, call, shape(pairs, c_int64_t), error)) return
-    call from_one(call, 'pairs', size(pairs, kind=c_int64_t), pairs, self%points, places, error)
-    if (.not. allocated(places)) return
-    call check(perion_simulation_break_bonds(self%handle, size(pairs, 2, c_int64_t), places), error)
+    if (.not. hold_pairs(self, call, shape(pairs, c_int64_t), places, error)) return
+    places(:, :) = pairs
+    call break_places(self, places, error)
   end procedure break_bonds_int64
 
   module procedure break_bonds_int32
-    call break_bonds_int64(self, int(pairs, c_int64_t), error)
+    character(*), parameter :: call = 'perion_simulation_break_bonds'
+    integer(c_int64_t), allocatable :: places(:, :)
+
+    if (.not. hold_pairs(self, call, shape(pairs, c_int64_t), places, error)) return
+    places(:, :) = pairs
+    call break_places(self, places, error)
   end procedure break_bonds_int32
+
+  !> Breaks bonds by pairs of indices, which become the library's.
+  recursive subroutine break_places(self, pairs, error)
+    class(perion_simulation), intent(in) :: self
+    integer(c_int64_t), allocatable, intent(inout) :: pairs(:, :)
+    type(perion_error), allocatable, optional, intent(inout) :: error
+    character(*), parameter :: call = 'perion_simulation_break_bonds'
+
+    if (from_one(call, 'pairs', size(pairs, kind=c_int64_t), pairs, self%points, error)) &
+        call check(perion_simulation_break_bonds(self%handle, size(pairs, 2, c_int64_t), pairs), error)
+  end subroutine break_places
 
   module procedure simulation_break_crossing
     character(*), parameter :: call = 'perion_simulation_break_crossing'
@@ -136,30 +151,53 @@ contains
 
   module procedure set_bond_integrity_int64
     character(*), parameter :: call = 'perion_simulation_set_bond_integrity'
-    integer(c_int64_t), allocatable :: places(:)
-    integer(c_int64_t) :: count
+    integer(c_int64_t), allocatable :: places(:, :)
 
-    count = size(values, kind=c_int64_t)
-    if (.not. are_pairs(self, call, shape(pairs, c_int64_t), error)) return
-    if (.not. have_length(call, 'pairs', count, size(pairs, 2, c_int64_t), error)) return
-    call from_one(call, 'pairs', size(pairs, kind=c_int64_t), pairs, self%points, places, error)
-    if (.not. allocated(places)) return
-    call check(perion_simulation_set_bond_integrity(self%handle, count, places, values), error)
+    if (.not. hold_pairs(self, call, shape(pairs, c_int64_t), places, error)) return
+    places(:, :) = pairs
+    call set_integrity(self, places, values, error)
   end procedure set_bond_integrity_int64
 
   module procedure set_bond_integrity_int32
-    call set_bond_integrity_int64(self, int(pairs, c_int64_t), values, error)
+    character(*), parameter :: call = 'perion_simulation_set_bond_integrity'
+    integer(c_int64_t), allocatable :: places(:, :)
+
+    if (.not. hold_pairs(self, call, shape(pairs, c_int64_t), places, error)) return
+    places(:, :) = pairs
+    call set_integrity(self, places, values, error)
   end procedure set_bond_integrity_int32
+
+  !> Sets the integrity of bonds by pairs of indices, which become the library's.
+  recursive subroutine set_integrity(self, pairs, values, error)
+    class(perion_simulation), intent(in) :: self
+    integer(c_int64_t), allocatable, intent(inout) :: pairs(:, :)
+    real(c_double), target, intent(in) :: values(:)
+    type(perion_error), allocatable, optional, intent(inout) :: error
+    character(*), parameter :: call = 'perion_simulation_set_bond_integrity'
+    real(c_double), allocatable, target :: copy(:)
+    real(c_double), pointer, contiguous :: each(:)
+    integer(c_int64_t) :: count
+
+    count = size(pairs, 2, c_int64_t)
+    if (.not. have_length(call, 'pairs', size(values, kind=c_int64_t), count, error)) return
+    if (.not. from_one(call, 'pairs', 2 * count, pairs, self%points, error)) return
+    if (.not. lined_up(values, copy, each, call, error)) return
+    call check(perion_simulation_set_bond_integrity(self%handle, count, pairs, each), error)
+  end subroutine set_integrity
 
   module procedure get_bonds_int64
     character(*), parameter :: call = 'perion_simulation_get_bonds'
+    integer(c_int64_t), allocatable :: places(:, :)
     integer(c_int64_t) :: capacity, count
+    integer :: flaw
 
     capacity = size(pairs, 2, c_int64_t)
     if (.not. are_pairs(self, call, shape(pairs, c_int64_t), error)) return
     if (.not. hold_bonds(self, capacity, stretch, integrity, count, error)) return
-    if (ok(perion_simulation_get_bonds(self%handle, capacity, pairs, stretch, integrity, count), &
-        error)) pairs(:, :count) = pairs(:, :count) + 1
+    allocate (places(2, count), stat=flaw)
+    if (.not. room(flaw, call, error)) return
+    if (bonds_listed(self, count, places, stretch, integrity, error)) &
+        pairs(:, :count) = places + 1
   end procedure get_bonds_int64
 
   module procedure get_bonds_int32
@@ -171,23 +209,57 @@ contains
     capacity = size(pairs, 2, c_int64_t)
     if (.not. are_pairs(self, call, shape(pairs, c_int64_t), error)) return
     if (.not. hold_bonds(self, capacity, stretch, integrity, count, error)) return
-    allocate (places(2, capacity), stat=flaw)
+    allocate (places(2, count), stat=flaw)
     if (.not. room(flaw, call, error)) return
-    if (ok(perion_simulation_get_bonds(self%handle, capacity, places, stretch, integrity, count), &
-        error)) pairs(:, :count) = int(places(:, :count) + 1, c_int32_t)
+    if (bonds_listed(self, count, places, stretch, integrity, error)) &
+        pairs(:, :count) = int(places + 1, c_int32_t)
   end procedure get_bonds_int32
 
   module procedure get_bonds_without_pairs
     integer(c_int64_t) :: capacity, count
+    logical :: are_listed
 
     if (.not. is_live(self%handle, 'perion_simulation_get_bonds', error)) return
     capacity = 0
     if (present(integrity)) capacity = size(integrity, kind=c_int64_t)
     if (present(stretch)) capacity = size(stretch, kind=c_int64_t)
     if (.not. hold_bonds(self, capacity, stretch, integrity, count, error)) return
-    call check(perion_simulation_get_bonds(self%handle, capacity, stretch_or_null=stretch, &
-        integrity_or_null=integrity, count=count), error)
+    are_listed = bonds_listed(self, count, stretch=stretch, integrity=integrity, error=error)
   end procedure get_bonds_without_pairs
+
+  !> Whether all bonds could be listed. What comes of them is put into the host's arrays, sections or
+  !> not, from arrays of its own on the heap.
+  recursive function bonds_listed(self, count, places, stretch, integrity, error)
+    class(perion_simulation), intent(in) :: self
+    integer(c_int64_t), intent(in) :: count
+    integer(c_int64_t), optional, intent(inout) :: places(2, count)
+    real(c_double), optional, intent(inout) :: stretch(:), integrity(:)
+    type(perion_error), allocatable, optional, intent(inout) :: error
+    logical :: bonds_listed
+    character(*), parameter :: call = 'perion_simulation_get_bonds'
+    ! Not allocated they are absent from the call.
+    real(c_double), allocatable :: stretches(:), integrities(:)
+    integer(c_int64_t) :: written
+    integer :: flaw
+
+    flaw = 0
+    if (present(stretch)) allocate (stretches(count), stat=flaw)
+    if (present(integrity) .and. flaw == 0) allocate (integrities(count), stat=flaw)
+    bonds_listed = room(flaw, call, error)
+    if (.not. bonds_listed) return
+    bonds_listed = ok(perion_simulation_get_bonds(self%handle, count, places, stretches, integrities, &
+        written), error)
+    if (.not. bonds_listed) return
+    call hand_over(stretches, stretch)
+    call hand_over(integrities, integrity)
+  end function bonds_listed
+
+  recursive subroutine hand_over(values, array)
+    real(c_double), allocatable, intent(in) :: values(:)
+    real(c_double), optional, intent(inout) :: array(:)
+
+    if (present(array)) array(:size(values)) = values
+  end subroutine hand_over
 
   module procedure bond_count_int64
     call check(perion_simulation_bond_count(self%handle, count), error)
@@ -215,6 +287,22 @@ contains
     if (.not. are_pairs) call refuse(PERION_ERROR_ARGUMENT, call // &
         ': ''pairs'' has the shape ' // shape_text(extents) // '; it must be (2,count)', error)
   end function are_pairs
+
+  !> Whether there is a simulation, an array has the shape of pairs, and there is room for them.
+  recursive function hold_pairs(self, call, extents, places, error)
+    class(perion_simulation), intent(in) :: self
+    character(*), intent(in) :: call
+    integer(c_int64_t), intent(in) :: extents(2)
+    integer(c_int64_t), allocatable, intent(out) :: places(:, :)
+    type(perion_error), allocatable, optional, intent(inout) :: error
+    logical :: hold_pairs
+    integer :: flaw
+
+    hold_pairs = are_pairs(self, call, extents, error)
+    if (.not. hold_pairs) return
+    allocate (places(2, extents(2)), stat=flaw)
+    hold_pairs = room(flaw, call, error)
+  end function hold_pairs
 
   !> Whether an array of values is as long as another.
   recursive function have_length(call, other, length, expected, error)

@@ -7,7 +7,7 @@ module perion_support
   implicit none
   private
   public :: perion_error
-  public :: c_text, check, f_text, from_one, in_place, is_live, narrow, number, ok, refuse
+  public :: c_text, check, f_text, from_one, in_place, is_live, lined_up, narrow, number, ok, refuse
   public :: refuse_assignment, room, shape_text
 
   !> Why a call has failed.
@@ -161,25 +161,49 @@ contains
     end do
   end function f_text
 
-  !> Places that count from 0, of indices that count from 1; not allocated when one is out of range.
-  recursive subroutine from_one(call, name, length, indices, count, places, error)
+  !> Makes places that count from 0 of indices that count from 1, where none is out of range.
+  recursive function from_one(call, name, length, indices, count, error)
     character(*), intent(in) :: call, name
     integer(c_int64_t), intent(in) :: length, count
-    integer(c_int64_t), intent(in) :: indices(length)
-    integer(c_int64_t), allocatable, intent(out) :: places(:)
+    integer(c_int64_t), intent(inout) :: indices(length)
     type(perion_error), allocatable, optional, intent(inout) :: error
+    logical :: from_one
     integer(c_int64_t) :: k
-    integer :: flaw
 
     do k = 1, length
-      if (indices(k) >= 1 .and. indices(k) <= count) cycle
+      from_one = indices(k) >= 1 .and. indices(k) <= count
+      if (from_one) cycle
       call refuse(PERION_ERROR_ARGUMENT, call // ': ''' // name // ''' names point ' // &
           number(indices(k)) // '; points are 1 to ' // number(count), error)
       return
     end do
-    allocate (places(length), stat=flaw)
-    if (room(flaw, call, error)) places(:) = indices - 1
-  end subroutine from_one
+    indices(:) = indices - 1
+    from_one = .true.
+  end function from_one
+
+  !> Whether the numbers of an array are there one after another: `start` is where they are, or a copy
+  !> of them on the heap. Copies that compilers make may go to the stack, too small for many points.
+  recursive function lined_up(array, copy, start, call, error)
+    real(c_double), target, intent(in) :: array(:)
+    real(c_double), allocatable, target, intent(out) :: copy(:)
+    real(c_double), pointer, contiguous, intent(out) :: start(:)
+    character(*), intent(in) :: call
+    type(perion_error), allocatable, optional, intent(inout) :: error
+    logical :: lined_up
+    integer(c_int64_t) :: stride, place
+    integer :: flaw
+
+    lined_up = .true.
+    call in_place(array, start, stride)
+    if (associated(start) .and. stride == 1) return
+    allocate (copy(size(array, kind=c_int64_t)), stat=flaw)
+    lined_up = room(flaw, call, error)
+    if (.not. lined_up) return
+    do place = 1, size(array, kind=c_int64_t)
+      copy(place) = array(place)
+    end do
+    start => copy
+  end function lined_up
 
   recursive subroutine matrix_in_place(array, start, stride)
     real(c_double), target :: array(:, :)

@@ -67,13 +67,15 @@ contains
   subroutine lists_of_some()
     real(c_double), allocatable :: stretch(:), integrity(:), table(:, :)
     integer, allocatable :: pairs(:, :)
+    integer(int64), allocatable :: backwards(:, :)
     integer :: count
     type(perion_simulation) :: simulation
     type(perion_error), allocatable :: error
 
     call make_plate(simulation, brittle=.false.)
     call simulation%bond_count(count)
-    allocate (stretch(count + 1), integrity(count + 1), pairs(2, count + 1), table(2, count))
+    allocate (stretch(count + 1), integrity(count + 1), pairs(2, count + 1), table(2, count), &
+        backwards(3, count))
     stretch = -7
     integrity = -7
     pairs = -7
@@ -88,6 +90,10 @@ contains
     call simulation%get_bonds(stretch=table(2, :), integrity=table(1, :))
     call assert(all(same_bits(table(1, :), 1d0)) .and. all(abs(table(2, :)) <= 0), &
         'sections of an array are not filled')
+    backwards(2:1:-1, :) = pairs(:, :count)
+    backwards(3, :) = -7
+    call simulation%get_bonds(backwards(2:1:-1, count:1:-1))
+    call assert(all(backwards(2:1:-1, count:1:-1) == pairs(:, :count)), 'a section of pairs is not filled')
 
     stretch = -7
     call simulation%get_bonds(stretch=stretch(2:count), error=error)
@@ -120,6 +126,8 @@ contains
   subroutine broken_pairs()
     ! Two bonds of the first point, and a pair too far apart for one.
     integer, parameter :: pairs(2, 3) = reshape([1, 2, columns + 1, 1, 1, plate_count], [2, 3])
+    integer, parameter :: list(3, 3) = reshape([5, 0, 6, 7, 0, 8, 6, 0, 5], [3, 3])
+    real(c_double), parameter :: integrities(3) = [0d0, 0.5d0, 0d0]
     real(c_double) :: damage(plate_count)
     type(perion_simulation) :: simulation
 
@@ -131,6 +139,10 @@ contains
     call assert(abs(damage(plate_count)) <= 0, 'a pair without a bond is damaged')
     call simulation%break_bonds(reshape([3_int64, 4_int64, 3_int64, 4_int64], [2, 2]))
     call assert(broken_bonds(simulation) == 3, 'not one more bond is broken')
+    ! Sections of a host's lists: the pair of points 5 and 6 alone.
+    call simulation%break_bonds(list(3:1:-2, ::2))
+    call simulation%set_bond_integrity(list(3:1:-2, ::2), integrities(::2))
+    call assert(broken_bonds(simulation) == 4, 'the bond of a section is not broken, or others are')
     call simulation%destroy()
   end subroutine broken_pairs
 

@@ -84,6 +84,21 @@ fn what_must_not_go_on_ends_the_program_with_a_text() {
 }
 
 #[test]
+fn many_points_need_no_more_stack_than_few() {
+    if !there_is("gfortran") {
+        return;
+    }
+    let directory = directory("stack");
+    let mut sources = module_sources();
+    sources.push(in_crate("tests/fortran/stack/main.f90"));
+    let program = fortran(&directory, "stack", &sources, "-Ofast");
+    // In KiB: a list of its 90000 points has 352 with the shortest integers.
+    let mut shell = Command::new("sh");
+    let printed = run(shell.args(["-c", "ulimit -s 256; exec \"$0\""]).arg(program));
+    assert_eq!(printed.trim(), "done");
+}
+
+#[test]
 fn threads_of_the_host_have_objects_of_their_own() {
     if !there_is("gfortran") {
         return;
