@@ -241,7 +241,7 @@ contains
     type(log_holder), pointer :: holder
 
     call c_f_pointer(user, holder)
-    call holder%host%take(level, f_text(c_loc(message)))
+    call holder%host%take(level, told(f_text(c_loc(message))))
   end subroutine pass_message
 
 end submodule conditions_procedures

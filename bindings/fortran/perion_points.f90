@@ -23,6 +23,12 @@ contains
 
     count = size(coordinates, 2, c_int64_t)
     dimension = size(coordinates, 1, c_int32_t)
+    if (.not. any(dimension == [2, 3]) .and. any(count == [2, 3])) then
+      call refuse(PERION_ERROR_ARGUMENT, call // ': ''coordinates'' has the shape ' // &
+          shape_text(shape(coordinates, c_int64_t)) // &
+          '; it must be (dimension,count) - transposed?', error)
+      return
+    end if
     if (size(volumes, kind=c_int64_t) /= count) then
       call refuse(PERION_ERROR_ARGUMENT, call // ': ''volumes'' has ' // &
           number(size(volumes, kind=c_int64_t)) // ' numbers for ' // number(count) // &

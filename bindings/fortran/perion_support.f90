@@ -8,7 +8,7 @@ module perion_support
   private
   public :: perion_error
   public :: c_text, check, f_text, from_one, in_place, is_live, lined_up, narrow, number, ok, refuse
-  public :: refuse_assignment, room, shape_text
+  public :: refuse_assignment, room, shape_text, told
 
   !> Why a call has failed.
   type :: perion_error
@@ -40,7 +40,7 @@ contains
     integer(c_int32_t), intent(in) :: status
     type(perion_error), allocatable, optional, intent(inout) :: error
 
-    if (status /= PERION_OK) call refuse(status, f_text(perion_last_error()), error)
+    if (status /= PERION_OK) call refuse(status, told(f_text(perion_last_error())), error)
   end subroutine check
 
   !> The same, for calls that go on after a success.
@@ -52,6 +52,51 @@ contains
     ok = status == PERION_OK
     call check(status, error)
   end function ok
+
+  !> A text of the library as this module tells it: a handle that is null is an object that has not
+  !> been created, and what counts from 0 is said to.
+  pure recursive function told(text) result(words)
+    character(*), intent(in) :: text
+    character(:), allocatable :: words
+    character(*), parameter :: objects(*) = [character(10) :: 'points', 'model', 'simulation']
+    character(*), parameter :: counted(*) = [character(6) :: 'point', 'points', 'axis', 'vertex']
+    character(:), allocatable :: null
+    integer :: k, at
+
+    words = text
+    do k = 1, size(objects)
+      null = 'argument ''' // trim(objects(k)) // ''' is NULL'
+      at = index(words, null)
+      if (at > 0) words = words(:at - 1) // not_created(trim(objects(k))) // words(at + len(null):)
+    end do
+    if (has_number(text, '''[') .or. any([(has_number(text, trim(counted(k)) // ' '), &
+        k = 1, size(counted))])) words = words // ' (points and axes in this text count from 0)'
+  end function told
+
+  !> Whether a word in a text has a number after it.
+  pure recursive function has_number(text, word)
+    character(*), intent(in) :: text, word
+    logical :: has_number
+    integer :: at, next
+
+    has_number = .false.
+    next = 1
+    do
+      at = index(text(next:), word)
+      if (at == 0) return
+      next = next + at - 1 + len(word)
+      if (next > len(text)) return
+      has_number = scan(text(next:next), '0123456789') > 0
+      if (has_number) return
+    end do
+  end function has_number
+
+  pure recursive function not_created(object) result(text)
+    character(*), intent(in) :: object
+    character(:), allocatable :: text
+
+    text = 'the perion_' // object // ' has not been created'
+  end function not_created
 
   recursive subroutine refuse(status, message, error)
     integer(c_int32_t), intent(in) :: status
@@ -82,10 +127,14 @@ contains
     type(perion_error), allocatable, optional, intent(inout) :: error
     logical :: is_live
 
+    integer :: ahead, length
+
     is_live = c_associated(handle)
-    if (.not. is_live) then
-      call refuse(PERION_ERROR_NULL, call // ': the object has not been created', error)
-    end if
+    if (is_live) return
+    ! The second word of the call's name is that of the object.
+    ahead = index(call, '_')
+    length = index(call(ahead + 1:), '_') - 1
+    call refuse(PERION_ERROR_NULL, call // ': ' // not_created(call(ahead + 1:ahead + length)), error)
   end function is_live
 
   !> Whether an array for copies has been allocated.

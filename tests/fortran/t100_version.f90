@@ -55,7 +55,8 @@ contains
     integer :: count
 
     call points%count(count, error)
-    call assert_fails(error, PERION_ERROR_NULL, "perion_points_count: argument 'points' is NULL")
+    call assert_fails(error, PERION_ERROR_NULL, &
+        'perion_points_count: the perion_points has not been created')
     call points%create_block([0d0, 0d0], [2d0, 2d0], 1d0, error)
     call assert_fine(error)
     call assert(index(perion_last_error(), 'perion_points_count') == 1, &

@@ -10,6 +10,7 @@ module points_tests
   public :: test_points
 
   character(*), parameter :: file = 't200_points'
+  character(*), parameter :: from_zero = ' (points and axes in this text count from 0)'
 
 contains
 
@@ -215,22 +216,27 @@ contains
     coordinates = reshape([0, 0, 0, 1, 1, 1], [3, 2])
     volumes = 1
     call make_points(points)
-    call points%create(coordinates(:1, :), volumes, error)
+    call points%create(reshape(coordinates, [1, 6]), [volumes, volumes, volumes], error)
     call assert_fails(error, PERION_ERROR_ARGUMENT, "'dimension' is 1")
-    call points%create(coordinates(:0, :), volumes, error)
+    call points%create(coordinates(:0, :1), volumes(:1), error)
     call assert_fails(error, PERION_ERROR_ARGUMENT, "perion_points_create: 'dimension' is 0")
+    call points%create(reshape([coordinates, coordinates], [4, 3]), [volumes, volumes], error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, &
+        "'coordinates' has the shape (4,3); it must be (dimension,count) - transposed?")
     call points%create(coordinates, volumes(:1), error)
     call assert_fails(error, PERION_ERROR_ARGUMENT, "'volumes' has 1 numbers for 2 points")
     call points%create(coordinates(:, :0), volumes(:0), error)
     call assert_fails(error, PERION_ERROR_ARGUMENT, "'count' is 0")
     call points%create(coordinates([1, 1], [1, 1]), volumes, error)
-    call assert_fails(error, PERION_ERROR_ARGUMENT, 'point')
+    call assert_fails(error, PERION_ERROR_ARGUMENT, 'points 0 and 1 stand in one place' // from_zero)
     volumes(2) = 0
     call points%create(coordinates, volumes, error)
-    call assert_fails(error, PERION_ERROR_ARGUMENT, "'volumes' of point 1")
+    call assert_fails(error, PERION_ERROR_ARGUMENT, "'volumes' of point 1 ")
+    call assert_fails(error, PERION_ERROR_ARGUMENT, from_zero)
     coordinates(2, 2) = nan()
     call points%create(coordinates, volumes, error)
-    call assert_fails(error, PERION_ERROR_ARGUMENT, 'NaN')
+    call assert_fails(error, PERION_ERROR_ARGUMENT, 'of point 1, axis 1, is NaN')
+    call assert_fails(error, PERION_ERROR_ARGUMENT, from_zero)
     call points%create_block([0d0, 0d0], [1d0, 1d0, 1d0], 1d0, error)
     call assert_fails(error, PERION_ERROR_ARGUMENT, "'lower' has 2 numbers and 'upper' 3")
     call points%create_block([0d0], [1d0], 1d0, error)
@@ -267,6 +273,7 @@ contains
     size_of_set = -7
     call points%set_size('wrong', size_of_set, error)
     call assert_fails(error, PERION_ERROR_ARGUMENT, "unknown set 'wrong'")
+    call assert(index(error%message, from_zero) == 0, 'a text without a point tells how points count')
     call assert(size_of_set == -7, 'a refused call has written its output')
     members = -7
     call points%get_set('left', members, error)
@@ -306,7 +313,8 @@ contains
 
     call points%destroy()
     call points%add_set('one', [1], error)
-    call assert_fails(error, PERION_ERROR_NULL, 'perion_points_add_set: the object has not been created')
+    call assert_fails(error, PERION_ERROR_NULL, &
+        'perion_points_add_set: the perion_points has not been created')
     call points%add_set_box('one', [0d0], [1d0], error)
     call assert_fails(error, PERION_ERROR_NULL, 'perion_points_add_set_box')
     call points%set_horizons([1d0], error)

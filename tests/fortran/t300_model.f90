@@ -40,7 +40,7 @@ contains
     call assert(same_bits(value, 0.1d0), 'the density has come back another')
     call model%destroy()
     call model%get('density', value, error)
-    call assert_fails(error, PERION_ERROR_NULL, "'model' is NULL")
+    call assert_fails(error, PERION_ERROR_NULL, 'the perion_model has not been created')
   end subroutine numbers_come_back
 
   subroutine misspelt_names()
@@ -95,7 +95,7 @@ contains
     call assert_fails(error, PERION_ERROR_UNSUPPORTED, 'influence')
     call model%destroy()
     call model%choose('plane', 'stress', error)
-    call assert_fails(error, PERION_ERROR_NULL, "'model' is NULL")
+    call assert_fails(error, PERION_ERROR_NULL, 'the perion_model has not been created')
   end subroutine choices_by_words
 
   subroutine lists_are_complete()

@@ -36,7 +36,7 @@ contains
     call simulation%create(points, model, error)
     call assert_fails(error, PERION_ERROR_ARGUMENT, 'density')
     call simulation%time(time, error)
-    call assert_fails(error, PERION_ERROR_NULL, "'simulation' is NULL")
+    call assert_fails(error, PERION_ERROR_NULL, 'the perion_simulation has not been created')
     ! Nor does it take the place of one that is there.
     call make_plate(simulation, brittle=.false.)
     call simulation%set_time(2d0)
@@ -62,16 +62,20 @@ contains
     integer :: pairs(2, 1)
 
     call simulation%create(points, model, error)
-    call assert_fails(error, PERION_ERROR_NULL, "'points' is NULL")
+    call assert_fails(error, PERION_ERROR_NULL, &
+        'perion_simulation_create: the perion_points has not been created')
     call make_points(points)
     call simulation%create(points, model, error)
-    call assert_fails(error, PERION_ERROR_NULL, "'model' is NULL")
+    call assert_fails(error, PERION_ERROR_NULL, &
+        'perion_simulation_create: the perion_model has not been created')
     call simulation%step(1d0, 1, error)
-    call assert_fails(error, PERION_ERROR_NULL, "perion_simulation_step: argument 'simulation' is NULL")
+    call assert_fails(error, PERION_ERROR_NULL, &
+        'perion_simulation_step: the perion_simulation has not been created')
     call simulation%assign_model('all', model, error)
     call assert_fails(error, PERION_ERROR_NULL, 'perion_simulation_assign_model')
     call simulation%get(PERION_FIELD_VELOCITY, values, error=error)
-    call assert_fails(error, PERION_ERROR_NULL, 'perion_simulation_get: the object has not been created')
+    call assert_fails(error, PERION_ERROR_NULL, &
+        'perion_simulation_get: the perion_simulation has not been created')
     values = 0
     call simulation%set(PERION_FIELD_VELOCITY, values, error=error)
     call assert_fails(error, PERION_ERROR_NULL, 'perion_simulation_set')

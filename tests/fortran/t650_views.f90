@@ -107,7 +107,7 @@ contains
     type(perion_error), allocatable :: error
 
     call simulation%borrow(PERION_FIELD_VELOCITY, view, error)
-    call assert_fails(error, PERION_ERROR_NULL, "'simulation' is NULL")
+    call assert_fails(error, PERION_ERROR_NULL, 'the perion_simulation has not been created')
     call make_plate(simulation, brittle=.false.)
     call make_plate(other, brittle=.false.)
     call simulation%return(view, error)

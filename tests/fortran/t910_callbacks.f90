@@ -219,6 +219,7 @@ contains
     host%stop_at = 3
     call simulation%step(0.125d0, 9, error)
     call assert_fails(error, PERION_ERROR_INTERRUPTED, "set 'left', axis 0, asked to stop at time 0.375")
+    call assert_fails(error, PERION_ERROR_INTERRUPTED, '(points and axes in this text count from 0)')
     call simulation%step_count(steps)
     call assert(steps == 2, 'the third step was not the one that stopped')
     call simulation%step(0.125d0, 7)

@@ -30,5 +30,7 @@ program stops
     one = other
   case ('failure without error')
     call model%set('density', -1d0)
+  case ('an object that was not created')
+    call simulation%step(1d0, 1)
   end select
 end program stops
