@@ -687,8 +687,8 @@ module perion
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine points_destroy
 
-    !> Stops the program: points do not copy.
-    recursive module subroutine points_assign(left, right)
+    !> Stops the program: points do not copy. Two that have not been created may meet.
+    impure elemental recursive module subroutine points_assign(left, right)
       class(perion_points), intent(inout) :: left
       class(perion_points), intent(in) :: right
     end subroutine points_assign
@@ -749,8 +749,8 @@ module perion
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine model_destroy
 
-    !> Stops the program: models do not copy.
-    recursive module subroutine model_assign(left, right)
+    !> Stops the program: models do not copy. Two that have not been created may meet.
+    impure elemental recursive module subroutine model_assign(left, right)
       class(perion_model), intent(inout) :: left
       class(perion_model), intent(in) :: right
     end subroutine model_assign
@@ -861,8 +861,8 @@ module perion
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine simulation_destroy
 
-    !> Stops the program: simulations do not copy.
-    recursive module subroutine simulation_assign(left, right)
+    !> Stops the program: simulations do not copy. Two that have not been created may meet.
+    impure elemental recursive module subroutine simulation_assign(left, right)
       class(perion_simulation), intent(inout) :: left
       class(perion_simulation), intent(in) :: right
     end subroutine simulation_assign

@@ -109,7 +109,8 @@ contains
     error%message = message
   end subroutine refuse
 
-  !> Ends the program: two objects with one handle would free it twice.
+  !> Ends the program: two objects with one handle would free it twice. Where neither has one there
+  !> is nothing to copy.
   recursive subroutine refuse_assignment(what, left_is_live, right_is_live)
     character(*), intent(in) :: what
     logical, intent(in) :: left_is_live, right_is_live
@@ -117,7 +118,6 @@ contains
 
     if (right_is_live) error stop what // rule // 'pass the object itself, or create another'
     if (left_is_live) error stop what // rule // 'call destroy to free the one on the left'
-    error stop what // rule // 'call create to make one'
   end subroutine refuse_assignment
 
   !> Whether there is an object, which calls that check shapes ask first.

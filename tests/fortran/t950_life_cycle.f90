@@ -44,6 +44,7 @@ contains
     call run(file, 'arrays and parts of other types are freed', arrays_and_parts)
     call run(file, 'points and model can go once the simulation is there', copies)
     call run(file, 'destroying twice is fine', twice)
+    call run(file, 'what has not been created can be assigned', nothing_assigned)
   end subroutine test_life_cycle
 
   subroutine evaluate_steady(self, time, positions, values, stop)
@@ -205,5 +206,18 @@ contains
     call model%destroy(error)
     call assert_fine(error)
   end subroutine twice
+
+  subroutine nothing_assigned()
+    type(perion_points) :: points, other_points(2), more_points(2)
+    type(perion_model) :: model, other_model
+    type(perion_simulation) :: simulation, other_simulation
+
+    other_points = points
+    more_points = other_points
+    other_model = model
+    other_simulation = simulation
+    call make_plate(other_simulation, brittle=.false.)
+    call make_steps(other_simulation, 1)
+  end subroutine nothing_assigned
 
 end module life_cycle_tests

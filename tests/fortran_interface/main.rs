@@ -69,11 +69,18 @@ fn what_must_not_go_on_ends_the_program_with_a_text() {
             "an empty model",
             "perion_model cannot be assigned, since handles do not copy; call destroy",
         ),
-        (
-            "simulation",
-            "perion_simulation cannot be assigned, since handles do not copy; call create",
-        ),
+        ("simulation", "perion_simulation cannot be assigned"),
+        ("array of points", "perion_points cannot be assigned"),
+        ("array of models", "perion_model cannot be assigned"),
+        ("array of simulations", "perion_simulation cannot be assigned"),
+        ("points for an array", "perion_points cannot be assigned"),
         ("part of a type", "perion_model cannot be assigned"),
+        ("part of an array of a type", "perion_model cannot be assigned"),
+        ("array in a type", "perion_model cannot be assigned"),
+        (
+            "an object that was not created",
+            "perion_simulation_step: the perion_simulation has not been created",
+        ),
         ("failure without error", "perion_model_set: 'density' is -1"),
     ] {
         let output = Command::new(&program).arg(which).output().unwrap();
