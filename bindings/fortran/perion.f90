@@ -1156,7 +1156,8 @@ module perion
     !> Lends the host DISPLACEMENT, VELOCITY or its own BODY_FORCE to read and write. Until all
     !> views are returned, calls that change the simulation give ERROR_STATE.
     !>
-    !> ERROR_ARGUMENT: unknown field. ERROR_UNSUPPORTED: a field that cannot be lent.
+    !> ERROR_ARGUMENT: unknown field. ERROR_STATE: the view holds a field on loan. ERROR_UNSUPPORTED:
+    !> a field that cannot be lent.
     recursive module subroutine simulation_borrow(self, field, view, error)
       class(perion_simulation), intent(inout) :: self
       integer(c_int32_t), intent(in) :: field
@@ -1169,7 +1170,8 @@ module perion
     !> it.
     !>
     !> ERROR_ARGUMENT: unknown field. ERROR_STATE: ACCELERATION or INTERNAL_FORCE after a change;
-    !> evaluate first. ERROR_UNSUPPORTED: a field that is computed when asked for; get it.
+    !> evaluate first; or the view holds a field on loan. ERROR_UNSUPPORTED: a field that is computed
+    !> when asked for; get it.
     recursive module subroutine simulation_borrow_const(self, field, view, error)
       class(perion_simulation), intent(in) :: self
       integer(c_int32_t), intent(in) :: field

@@ -213,26 +213,43 @@ contains
   end function adds_up
 
   module procedure simulation_borrow
+    character(*), parameter :: call = 'perion_simulation_borrow'
     type(raw_view) :: lent
 
+    if (.not. is_free(view, call, error)) return
     call perion_view_init(lent, c_sizeof(lent))
     if (ok(perion_simulation_borrow(self%handle, field, lent), error)) then
-      call open_view(self, lent, view, error)
+      call open_view(self, call, lent, view, error)
     end if
   end procedure simulation_borrow
 
   module procedure simulation_borrow_const
+    character(*), parameter :: call = 'perion_simulation_borrow_const'
     type(raw_view) :: lent
 
+    if (.not. is_free(view, call, error)) return
     call perion_view_init(lent, c_sizeof(lent))
     if (ok(perion_simulation_borrow_const(self%handle, field, lent), error)) then
-      call open_view(self, lent, view, error)
+      call open_view(self, call, lent, view, error)
     end if
   end procedure simulation_borrow_const
 
+  !> Whether a view holds no loan, which another one would put out of reach.
+  recursive function is_free(view, call, error)
+    type(perion_view), intent(in) :: view
+    character(*), intent(in) :: call
+    type(perion_error), allocatable, optional, intent(inout) :: error
+    logical :: is_free
+
+    is_free = view%lent%struct_size == 0
+    if (.not. is_free) call refuse(PERION_ERROR_STATE, call // ': ''view'' holds a field on loan; ' // &
+        'return it first, or say view = perion_view() where its simulation is gone', error)
+  end function is_free
+
   !> Fills a view, whose components of a point must be neighbours.
-  recursive subroutine open_view(self, lent, view, error)
+  recursive subroutine open_view(self, call, lent, view, error)
     class(perion_simulation), intent(in) :: self
+    character(*), intent(in) :: call
     type(raw_view), intent(inout) :: lent
     type(perion_view), intent(inout) :: view
     type(perion_error), allocatable, optional, intent(inout) :: error
@@ -241,8 +258,8 @@ contains
 
     if (lent%component_stride /= 1) then
       status = perion_simulation_return(self%handle, lent)
-      call refuse(PERION_ERROR_UNSUPPORTED, 'perion_simulation_borrow: the library keeps the ' // &
-          'components of a point apart, which a view cannot show; get the field', error)
+      call refuse(PERION_ERROR_UNSUPPORTED, call // ': the library keeps the components of a ' // &
+          'point apart, which a view cannot show; get the field', error)
       return
     end if
     view%lent = lent

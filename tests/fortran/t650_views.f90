@@ -74,6 +74,11 @@ contains
     call assert_fails(error, PERION_ERROR_STATE, 'perion_simulation_return')
     call simulation%borrow_const(PERION_FIELD_VELOCITY, again, error)
     call assert_fine(error)
+    call simulation%borrow_const(PERION_FIELD_VELOCITY, view, error)
+    call assert_fails(error, PERION_ERROR_STATE, "perion_simulation_borrow_const: 'view' holds a field on loan")
+    call simulation%borrow(PERION_FIELD_VELOCITY, again, error)
+    call assert_fails(error, PERION_ERROR_STATE, 'perion_simulation_borrow: ''view'' holds a field on loan')
+    call assert(associated(view%data) .and. associated(again%data), 'a refused call has cleared a view')
     call simulation%return(again)
     again = view
     call simulation%return(view)
@@ -82,6 +87,13 @@ contains
     call simulation%step(0.1d0, 1)
     ! One that is still borrowed ends with the simulation.
     call simulation%borrow(PERION_FIELD_DISPLACEMENT, view)
+    call simulation%destroy()
+    call make_plate(simulation, brittle=.false.)
+    call simulation%borrow(PERION_FIELD_DISPLACEMENT, view, error)
+    call assert_fails(error, PERION_ERROR_STATE, 'view = perion_view()')
+    view = perion_view()
+    call simulation%borrow(PERION_FIELD_DISPLACEMENT, view)
+    call simulation%return(view)
     call simulation%destroy()
   end subroutine loans_block_changes
 
