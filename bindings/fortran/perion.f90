@@ -240,7 +240,7 @@ module perion
     generic :: set_bond_integrity => set_bond_integrity_int64, set_bond_integrity_int32
     generic :: get_bonds => get_bonds_int64, get_bonds_int32, get_bonds_without_pairs
     generic :: bond_count => bond_count_int64, bond_count_int32
-    generic :: prescribe => prescribe_int64, prescribe_int32
+    generic :: prescribe => prescribe_int64, prescribe_int32, prescribe_vector
     generic :: prescribe_table => prescribe_table_int64, prescribe_table_int32
     generic :: prescribe_function => prescribe_function_int64, prescribe_function_int32
     generic :: prescribe_values => prescribe_values_int64, prescribe_values_int32
@@ -273,7 +273,7 @@ module perion
     procedure, private :: set_bond_integrity_int64, set_bond_integrity_int32
     procedure, private :: get_bonds_int64, get_bonds_int32, get_bonds_without_pairs
     procedure, private :: bond_count_int64, bond_count_int32
-    procedure, private :: prescribe_int64, prescribe_int32
+    procedure, private :: prescribe_int64, prescribe_int32, prescribe_vector
     procedure, private :: prescribe_table_int64, prescribe_table_int32
     procedure, private :: prescribe_function_int64, prescribe_function_int32
     procedure, private :: prescribe_values_int64, prescribe_values_int32
@@ -991,6 +991,17 @@ module perion
       real(c_double), intent(in) :: value
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine prescribe_int32
+
+    !> Prescribes constants on a set along all axes: values (dimension), axis by axis as above.
+    !>
+    !> ERROR_ARGUMENT: as above; another number of values.
+    recursive module subroutine prescribe_vector(self, set, quantity, values, error)
+      class(perion_simulation), intent(inout) :: self
+      character(*), intent(in) :: set
+      integer(c_int32_t), intent(in) :: quantity
+      real(c_double), intent(in) :: values(:)
+      type(perion_error), allocatable, optional, intent(out) :: error
+    end subroutine prescribe_vector
 
     !> Prescribes a table over time: linear between its times, constant outside. times (count),
     !> increasing, and values (count); both are copied.

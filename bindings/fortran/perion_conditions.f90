@@ -21,6 +21,33 @@ contains
     call prescribe_int64(self, set, quantity, int(axis, c_int64_t), value, error)
   end procedure prescribe_int32
 
+  module procedure prescribe_vector
+    character(*), parameter :: call = 'perion_simulation_prescribe'
+    integer(c_int64_t), parameter :: exponent = int(z'7ff0000000000000', c_int64_t)
+    integer(c_int64_t) :: axis, count
+
+    if (.not. is_live(self%handle, call, error)) return
+    count = size(values, kind=c_int64_t)
+    if (count /= self%axes) then
+      call refuse(PERION_ERROR_ARGUMENT, call // ': ''values'' has ' // number(count) // &
+          ' numbers; there must be one for each of ' // number(self%axes) // ' axes', error)
+      return
+    end if
+    ! All of them first, or an axis would have its value when the next one is refused. By bits: no
+    ! trap fires, and compilers that think all numbers finite do not think this away.
+    do axis = 1, count
+      if (iand(transfer(values(axis), exponent), exponent) /= exponent) cycle
+      call refuse(PERION_ERROR_ARGUMENT, call // ': ''values'' has a number for axis ' // &
+          number(axis) // ' that is not finite', error)
+      return
+    end do
+    do axis = 1, count
+      call prescribe_int64(self, set, quantity, axis, values(axis), error)
+      if (.not. present(error)) cycle
+      if (allocated(error)) return
+    end do
+  end procedure prescribe_vector
+
   module procedure prescribe_table_int64
     character(*), parameter :: call = 'perion_simulation_prescribe_table'
     real(c_double), allocatable, target :: times_copy(:), values_copy(:)

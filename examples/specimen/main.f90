@@ -128,8 +128,7 @@ program specimen
 
   ! The left grip is held, the right one is pulled. Its speed grows smoothly, so that the specimen is
   ! not struck: a table of times and velocities.
-  call simulation%prescribe('left_grip', PERION_QUANTITY_VELOCITY, 1, 0d0)
-  call simulation%prescribe('left_grip', PERION_QUANTITY_VELOCITY, 2, 0d0)
+  call simulation%prescribe('left_grip', PERION_QUANTITY_VELOCITY, [0d0, 0d0])
   call simulation%prescribe_table('right_grip', PERION_QUANTITY_VELOCITY, 1, &
       ramp * [0d0, 0.25d0, 0.5d0, 0.75d0, 1d0], speed * [0d0, 0.15625d0, 0.5d0, 0.84375d0, 1d0])
   call simulation%prescribe('right_grip', PERION_QUANTITY_VELOCITY, 2, 0d0)

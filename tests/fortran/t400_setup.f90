@@ -92,6 +92,8 @@ contains
     call assert_fails(error, PERION_ERROR_NULL, 'perion_simulation_break_crossing')
     call simulation%prescribe('all', PERION_QUANTITY_VELOCITY, 1, 0d0, error)
     call assert_fails(error, PERION_ERROR_NULL, 'perion_simulation_prescribe')
+    call simulation%prescribe('all', PERION_QUANTITY_VELOCITY, [0d0, 0d0], error)
+    call assert_fails(error, PERION_ERROR_NULL, 'perion_simulation_prescribe')
     call simulation%set_progress(error=error)
     call assert_fails(error, PERION_ERROR_NULL, 'perion_simulation_set_progress')
     call simulation%set_log(error=error)

@@ -15,6 +15,7 @@ contains
 
   subroutine test_conditions()
     call run(file, 'a constant velocity on all points moves the body as a whole', constant_velocity)
+    call run(file, 'a value an axis is a constant for each', constant_vector)
     call run(file, 'a table is linear between its times and constant outside', tables)
     call run(file, 'values are one a point, in the order of the set', values_a_point)
     call run(file, 'what is released moves freely again', release)
@@ -40,6 +41,47 @@ contains
     call assert(broken_bonds(simulation) == 0, 'bonds break in a body that moves as a whole')
     call simulation%destroy()
   end subroutine constant_velocity
+
+  subroutine constant_vector()
+    real(c_double), parameter :: values(3) = [0.02d0, 0d0, -0.01d0]
+    type(perion_simulation) :: simulation
+    type(perion_error), allocatable :: error
+    type(state) :: by_axis, at_once, before, after
+
+    call make_plate(simulation, brittle=.true.)
+    call pull(simulation)
+    call simulation%prescribe('right', PERION_QUANTITY_VELOCITY, 1, 0.02d0)
+    call simulation%prescribe('right', PERION_QUANTITY_VELOCITY, 2, -0.01d0)
+    call make_steps(simulation, 40)
+    call take_state(simulation, by_axis)
+    call make_plate(simulation, brittle=.true.)
+    call pull(simulation)
+    call simulation%prescribe('right', PERION_QUANTITY_VELOCITY, values(::2), error)
+    call assert_fine(error)
+    call make_steps(simulation, 40)
+    call take_state(simulation, at_once)
+    call assert(same(by_axis, at_once), 'a value an axis is not what each axis has alone')
+
+    ! Refused as a whole: the plate stays at rest.
+    call make_plate(simulation, brittle=.true.)
+    call take_state(simulation, before)
+    call simulation%prescribe('right', PERION_QUANTITY_VELOCITY, values, error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, &
+        "perion_simulation_prescribe: 'values' has 3 numbers; there must be one for each of 2 axes")
+    call simulation%prescribe('right', PERION_QUANTITY_VELOCITY, [1d0, nan()], error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, 'for axis 2 that is not finite')
+    call simulation%prescribe('right', PERION_QUANTITY_VELOCITY, [1d0, -infinity()], error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, 'for axis 2 that is not finite')
+    call simulation%prescribe('rihgt', PERION_QUANTITY_VELOCITY, values(:2), error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, "'rihgt'")
+    call simulation%prescribe('right', 7, values(:2), error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, "'quantity' is 7")
+    call make_steps(simulation, 1)
+    call take_state(simulation, after)
+    call assert(all(same_bits(before%displacement, after%displacement)), &
+        'a refused condition has moved the body')
+    call simulation%destroy()
+  end subroutine constant_vector
 
   subroutine tables()
     real(c_double), parameter :: step = 0.125d0
