@@ -2,8 +2,14 @@
 !>
 !> Objects are `perion_points`, `perion_model` and `perion_simulation`. `create` makes one,
 !> `destroy` frees it, and what goes out of scope is freed too. A simulation keeps copies of its
-!> points and models. Making an object anew frees the old one once the new one is there. Objects do
-!> not copy: `a = b` stops with an error, and `allocate (a, source=b)` must not be used.
+!> points and models. Making an object anew frees the old one once the new one is there. Make objects
+!> in subroutines: what a function gives back is never freed by gfortran 12.
+!>
+!> Objects do not copy: `a = b` stops with an error, unless neither has been created. Two ways round
+!> that are open and must not be used: `allocate (a, source=b)` and, with gfortran 12, assignment of
+!> a type of the host's that has objects as an allocatable component. `move_alloc` is fine.
+!> In OpenMP, objects of a thread's own are declared in a `block` or are one of an array each, never
+!> `private` or `firstprivate`, which copy handles.
 !>
 !> Errors: a call that can fail takes `error` last. Left out, a failure is an `error stop` with its
 !> text. Given, it is allocated when the call has failed, and holds the number error%status and the
@@ -11,11 +17,12 @@
 !> PERION_ERROR_NULL (not created), ERROR_STATE, ERROR_MEMORY and ERROR_POISONED, and ERROR_ARGUMENT
 !> for an array of another shape.
 !>
-!> Numbers are real(c_double), which is double precision; integers are of 32 or 64 bits. Points,
-!> axes and pairs count from 1; in the library's own texts they count from 0, as in C. Vectors are
-!> arrays (dimension,count), one number a point is (count). Sections such as state(1:3,:) of a
-!> host's (6,n) array are used in place where the numbers of a point are neighbours; other sections
-!> are copied. Blanks at the end of text do not count.
+!> Numbers are real(c_double), which is double precision; integers are of 32 or 64 bits, but fields
+!> and quantities, always integer(c_int32_t). Points, axes and pairs count from 1; texts of the
+!> library, which count from 0 as in C, say so. Vectors are arrays (dimension,count), one number a
+!> point is (count). Sections such as state(1:3,:) of a host's (6,n) array are used in place where
+!> the numbers of a point are neighbours; other sections are copied. Blanks at the end of text do
+!> not count.
 !>
 !> Units are the host's own, consistent ones. One object must not be used by two threads at once,
 !> but for calls that leave it unchanged. A host's callbacks run on the calling thread; they must

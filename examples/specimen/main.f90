@@ -11,6 +11,7 @@
 !> any units that fit together: here mm, ms and g, and so m/s, N, MPa and mJ. The same program stands
 !> beside this one in C and in Rust; all three print the same hash.
 module specimen_host
+  use, intrinsic :: iso_c_binding, only: c_int32_t
   use, intrinsic :: iso_fortran_env, only: int64, real64
   use perion
   implicit none
@@ -31,7 +32,7 @@ contains
   !> The sum of the first component of a field over a set.
   function sum_along(simulation, field, set) result(first)
     type(perion_simulation), intent(in) :: simulation
-    integer, intent(in) :: field
+    integer(c_int32_t), intent(in) :: field
     character(*), intent(in) :: set
     real(real64) :: first, components(2)
 

@@ -118,7 +118,7 @@ fn threads_of_the_host_have_objects_of_their_own() {
 }
 
 #[test]
-fn the_module_compiles_where_integers_and_reals_are_of_64_bits() {
+fn module_and_examples_compile_where_integers_and_reals_are_of_64_bits() {
     if !there_is("gfortran") {
         return;
     }
@@ -126,13 +126,17 @@ fn the_module_compiles_where_integers_and_reals_are_of_64_bits() {
         ("wide_integers", vec!["-fdefault-integer-8"]),
         ("wide_reals", vec!["-fdefault-real-8", "-fdefault-double-8"]),
     ] {
-        let mut compiler = Command::new("gfortran");
         let directory = directory(name);
-        compiler
-            .current_dir(directory)
-            .args(["-std=f2018", "-Wall", "-Werror", "-c"])
-            .args(options);
-        run(compiler.args(module_sources()).arg(in_crate("tests/fortran/stops/main.f90")));
+        let compile = |sources: &[PathBuf]| {
+            let mut compiler = Command::new("gfortran");
+            compiler.current_dir(&directory).args(["-std=f2018", "-Wall", "-Werror", "-c"]);
+            run(compiler.args(&options).args(sources));
+        };
+        compile(&module_sources());
+        compile(&[in_crate("tests/fortran/stops/main.f90")]);
+        for example in ["branching", "specimen", "wave"] {
+            compile(&[in_crate(&format!("examples/{example}/main.f90"))]);
+        }
     }
 }
 
