@@ -1,4 +1,5 @@
-//! The programs of docs/embedding.md: each compiles without a warning and prints the same energy.
+//! The programs of docs/embedding.md: each compiles without a warning and prints the same energy, but the one
+//! marked as callbacks, whose scene is another.
 
 use crate::common::{in_crate, place, run, there_is};
 use crate::install::setting;
@@ -22,9 +23,11 @@ fn blocks(page: &str) -> Vec<(String, String)> {
 fn the_programs_of_the_page_on_embedding_print_the_same_energy() {
     let place = place("user/embedding");
     let sources = prefix().join("share/perion/fortran");
-    let mut energies = Vec::new();
+    let (mut energies, mut called_back) = (Vec::new(), false);
     for (number, (language, code)) in blocks("docs/embedding.md").into_iter().enumerate() {
-        let (compiler, flags, ending) = match language.as_str() {
+        // ```fortran callbacks
+        let (language, scene) = language.split_once(' ').unwrap_or((&language, "bar"));
+        let (compiler, flags, ending) = match language {
             "c" => ("gcc", &["-std=c99", "-O1"][..], "c"),
             "cpp" => ("g++", &["-std=c++11", "-O1"][..], "cpp"),
             "fortran" => (
@@ -65,9 +68,20 @@ fn the_programs_of_the_page_on_embedding_print_the_same_energy() {
         let energy = said.trim_end().lines().last().and_then(|line| {
             line.strip_prefix("elastic energy ")?.strip_suffix(" J")?.parse::<f64>().ok()
         });
-        energies.push((language, energy.unwrap_or_else(|| panic!("{said}"))));
+        let energy = energy.unwrap_or_else(|| panic!("{said}"));
+        if scene == "callbacks" {
+            assert!(energy.is_finite() && energy > 0.1, "{said}");
+            for words in ["1 of 1 pairs", "300 of 300 steps"] {
+                assert!(said.contains(words), "{said}");
+            }
+            called_back = true;
+        } else {
+            energies.push((language.to_owned(), energy));
+        }
     }
-    assert!(energies.len() == 5 || !there_is("g++") || !there_is("gfortran"));
+    assert!(
+        (energies.len(), called_back) == (5, true) || !there_is("g++") || !there_is("gfortran")
+    );
     // Nine decimals are printed of some joules; host and library round differently.
     let (_, first) = &energies[0];
     assert!(*first > 0.1, "{energies:?}");
