@@ -774,9 +774,9 @@ module perion
     !> Brings points and a model together; both are copied and can be destroyed or used again.
     !>
     !> What follows is set-up, until the first call that needs the bonds: evaluate, commit, step,
-    !> stable_time_step, energy, health, bond_count, get_bonds, write_vtk, write_series, or a get of
-    !> anything but positions, displacement, velocity and body force. Only then a horizon that
-    !> reaches no neighbour is found.
+    !> stable_time_step, energy, health, bond_count, get_bonds, borrow and borrow_const, write_vtk and
+    !> write_series with such fields, or a get or sum of anything but positions, displacement,
+    !> velocity and body force. Only then a horizon that reaches no neighbour is found.
     !>
     !> ERROR_ARGUMENT: the model lacks density, horizon or an elastic constant, or holds what does
     !> not fit together or to the dimension.
