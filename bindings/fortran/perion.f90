@@ -530,7 +530,8 @@ module perion
     !> text or binary), .vtu (VTK), anything else text.
     !>
     !> Text: a point a line, "x y z volume", "x y z block volume", or "x y area" in 2D, with blanks
-    !> or commas between; #, ! and % begin comments. Blocks become sets block_1 and so on.
+    !> or commas between; #, ! and % begin comments. A first line may name the columns, in any order and
+    !> with others beside them. Blocks become sets block_1 and so on.
     !>
     !> Mesh: each cell of the highest dimension becomes a point in its centroid with its volume
     !> (plane cells: its area), in the file's order. Groups of such cells (*ELSET, physical groups)
