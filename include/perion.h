@@ -89,8 +89,9 @@ typedef int (*perion_function)(void *user,
                                double *values);
 
 /**
- * A quantity that every point has. Vectors have one number an axis; all others have one. Numbers that are
- * missing are kept for fields to come.
+ * A quantity that every point has. Vectors have one number an axis, tensors one a pair of axes, row after
+ * row (component i, j of a point is its number dimension * i + j, counted from 0); all others have one.
+ * Numbers that are missing are kept for fields to come.
  */
 typedef int32_t perion_field;
 
@@ -226,6 +227,16 @@ typedef struct perion_health {
      * are on their way to collapse, and the stable step promises nothing
      */
     double smallest_stretch;
+    /**
+     * points with bonds whose families do not span the body (a plate one point thick, a chain, a family
+     * thinned by broken bonds) or do not bear the gradient_order asked for: the material is asked in the
+     * directions spanned alone, without stress across, and the gradient is of first order
+     */
+    int64_t degenerate_points;
+    /**
+     * the first of them, -1 for none
+     */
+    int64_t first_degenerate_point;
 } perion_health;
 
 /**
@@ -396,9 +407,55 @@ typedef struct perion_memory {
 #define PERION_FIELD_STRAIN_ENERGY_DENSITY 12
 
 /**
+ * Energy per reference volume of the penalty on what the material does not see.
+ */
+#define PERION_FIELD_STABILIZATION_ENERGY_DENSITY 13
+
+/**
  * Energy that broken bonds held, per reference volume.
  */
 #define PERION_FIELD_DISSIPATED_ENERGY_DENSITY 14
+
+/**
+ * Deformation gradient F_ij = dx_i/dX_j; a tensor. Where the bonds of a point do not span the body, what they
+ * leave out turns with them and thins freely.
+ */
+#define PERION_FIELD_DEFORMATION_GRADIENT 15
+
+/**
+ * Green-Lagrange strain (F^T F - I)/2; a tensor.
+ */
+#define PERION_FIELD_STRAIN 16
+
+/**
+ * First Piola-Kirchhoff stress P_ij, the force in axis i on the reference area across axis j; a tensor.
+ * correspondence: that of the material at F, without the penalty of the stabilised forms.
+ * bond_associated_quadrature: the mean over the bonds. The others: the virial or areal stress
+ * 1/2 sum (t_ij - t_ji) (x) xi V_j, too small where a surface or a crack cuts the family.
+ */
+#define PERION_FIELD_FIRST_PIOLA_STRESS 18
+
+/**
+ * Cauchy stress P F^T/J of the two above, J with the thickness in plane stress; a tensor. Symmetric where P
+ * is of a material at F, else as nearly as bonds deform alike.
+ */
+#define PERION_FIELD_CAUCHY_STRESS 19
+
+/**
+ * Cauchy stress across a 2D body: 0 in plane stress. ERROR_UNSUPPORTED in 3D.
+ */
+#define PERION_FIELD_STRESS_33 20
+
+/**
+ * Von Mises stress of the Cauchy stress, with that across a 2D body.
+ */
+#define PERION_FIELD_VON_MISES_STRESS 21
+
+/**
+ * Change of volume per volume, in 2D of area per area: theta of ordinary_state_based and madenci_oterkus, for
+ * the others det F - 1.
+ */
+#define PERION_FIELD_DILATATION 22
 
 /**
  * Number of points within the point's own horizon.
@@ -892,11 +949,12 @@ perion_status perion_simulation_release(struct perion_simulation *simulation,
 
 /**
  * Copies a field of all points to the host, point after point in the host's order. length: number of
- * points, times the dimension for vectors. Derived fields are computed when asked for.
+ * points, times the dimension for vectors and its square for tensors, which lie row after row as an array
+ * [count][dimension][dimension] does. Derived fields are computed when asked for.
  *
  * ERROR_ARGUMENT: unknown field, another length. ERROR_STATE: ACCELERATION, REACTION or BODY_FORCE of
- * conditions after a change of state or conditions; evaluate first. ERROR_NUMERIC: a force that is not
- * finite. ERROR_MEMORY. Since 0.1.
+ * conditions after a change of state or conditions; evaluate first. ERROR_NUMERIC: a force, deformation or
+ * stress that is not finite. ERROR_UNSUPPORTED: STRESS_33 in 3D. ERROR_MEMORY. Since 0.1.
  */
 perion_status perion_simulation_get(const struct perion_simulation *simulation,
                                     perion_field field,
@@ -943,8 +1001,8 @@ perion_status perion_simulation_set_strided(struct perion_simulation *simulation
                                             int64_t stride);
 
 /**
- * Sums a field over a set (NULL: all points), into `dimension` numbers for vectors, else one. A
- * force-displacement curve is the sum of REACTION over the held end, step by step.
+ * Sums a field over a set (NULL: all points), into `dimension` numbers for vectors, their square
+ * for tensors, else one. A force-displacement curve is the sum of REACTION over the held end, step by step.
  *
  * ERROR_ARGUMENT: unknown field or set; otherwise as perion_simulation_get. Since 0.1.
  */
@@ -1013,11 +1071,14 @@ perion_status perion_simulation_commit(struct perion_simulation *simulation,
                                        double time_step);
 
 /**
- * A time step at which step() is stable whatever bonds break or stretch; the true limit may be up to
- * twice as large. It promises nothing for bonds pressed to a fraction of their length: see
- * smallest_stretch of perion_health. DBL_MAX where no bond acts. Leaves the state as it is; ends set-up.
+ * A time step at which step() is stable. For bond_based whatever bonds break or stretch; the true limit may
+ * be up to twice as large. For the other formulations about 2.5 % below the limit at the current
+ * displacement, found anew at each call at the cost of sixty forces: ask again as bonds break or strains
+ * grow. It promises nothing for bonds pressed to a fraction of their length: see smallest_stretch of
+ * perion_health. DBL_MAX where no bond acts. Leaves the state as it is; ends set-up.
  *
- * ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
+ * ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_NUMERIC: forces at the current displacement are
+ * not finite. ERROR_MEMORY. Since 0.1.
  */
 perion_status perion_simulation_stable_time_step(struct perion_simulation *simulation,
                                                  double *time_step);
@@ -1095,8 +1156,8 @@ perion_status perion_simulation_energy(const struct perion_simulation *simulatio
                                        struct perion_energy *energy);
 
 /**
- * What to look at before trusting a result: isolated and detached points, broken bonds, time step,
- * compressed bonds. Costs a sweep over the bonds; ends set-up.
+ * What to look at before trusting a result: isolated, detached and degenerate points, broken bonds, time
+ * step, compressed bonds. Costs a sweep over the bonds; ends set-up.
  *
  * ERROR_ARGUMENT: struct_size not set, the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
  */
@@ -1111,7 +1172,8 @@ perion_status perion_simulation_memory(const struct perion_simulation *simulatio
 
 /**
  * Writes the current positions and `field_count` fields as a .vtu file for ParaView; an older file is
- * replaced as a whole, or kept when this fails.
+ * replaced as a whole, or kept when this fails. Vectors have 3 numbers and tensors 9, row after row; what a
+ * 2D body does not have of them is 0.
  *
  * ERROR_IO: it cannot be written. ERROR_ARGUMENT: unknown field, or one named twice; otherwise as
  * perion_simulation_get. Since 0.1.

@@ -44,6 +44,7 @@ mod families;
 pub mod ffi;
 mod formulation;
 mod kernel;
+mod material;
 mod memory;
 mod model;
 mod output;
@@ -53,6 +54,7 @@ mod simulation;
 mod solver;
 mod state;
 mod suggest;
+mod tensor;
 mod workers;
 
 pub use conditions::{ConditionFunction, Quantity};

@@ -41,7 +41,11 @@ module perion
       PERION_FIELD_VELOCITY, PERION_FIELD_ACCELERATION, PERION_FIELD_INTERNAL_FORCE, &
       PERION_FIELD_BODY_FORCE, PERION_FIELD_REACTION, PERION_FIELD_VOLUME, PERION_FIELD_DENSITY, &
       PERION_FIELD_DAMAGE, PERION_FIELD_STRAIN_ENERGY_DENSITY, &
-      PERION_FIELD_DISSIPATED_ENERGY_DENSITY, PERION_FIELD_NEIGHBOR_COUNT, &
+      PERION_FIELD_STABILIZATION_ENERGY_DENSITY, &
+      PERION_FIELD_DISSIPATED_ENERGY_DENSITY, PERION_FIELD_DEFORMATION_GRADIENT, &
+      PERION_FIELD_STRAIN, PERION_FIELD_FIRST_PIOLA_STRESS, PERION_FIELD_CAUCHY_STRESS, &
+      PERION_FIELD_STRESS_33, PERION_FIELD_VON_MISES_STRESS, PERION_FIELD_DILATATION, &
+      PERION_FIELD_NEIGHBOR_COUNT, &
       PERION_FIELD_TIME_STEP_ESTIMATE, &
       PERION_LOG_LEVEL_WARNING, PERION_LOG_LEVEL_INFORMATION, raw_view => perion_view
   use perion_support, only: perion_error
@@ -67,7 +71,11 @@ module perion
   public :: PERION_FIELD_VELOCITY, PERION_FIELD_ACCELERATION, PERION_FIELD_INTERNAL_FORCE
   public :: PERION_FIELD_BODY_FORCE, PERION_FIELD_REACTION, PERION_FIELD_VOLUME
   public :: PERION_FIELD_DENSITY, PERION_FIELD_DAMAGE, PERION_FIELD_STRAIN_ENERGY_DENSITY
-  public :: PERION_FIELD_DISSIPATED_ENERGY_DENSITY, PERION_FIELD_NEIGHBOR_COUNT
+  public :: PERION_FIELD_STABILIZATION_ENERGY_DENSITY
+  public :: PERION_FIELD_DISSIPATED_ENERGY_DENSITY, PERION_FIELD_DEFORMATION_GRADIENT
+  public :: PERION_FIELD_STRAIN, PERION_FIELD_FIRST_PIOLA_STRESS, PERION_FIELD_CAUCHY_STRESS
+  public :: PERION_FIELD_STRESS_33, PERION_FIELD_VON_MISES_STRESS, PERION_FIELD_DILATATION
+  public :: PERION_FIELD_NEIGHBOR_COUNT
   public :: PERION_FIELD_TIME_STEP_ESTIMATE
   public :: PERION_LOG_LEVEL_WARNING, PERION_LOG_LEVEL_INFORMATION
 
@@ -174,6 +182,12 @@ module perion
     !> smallest stretch of a bond that is not broken, 0 when none is compressed; below about -0.3
     !> bonds are on their way to collapse, and the stable step promises nothing
     real(c_double) :: smallest_stretch = 0
+    !> points with bonds whose families do not span the body (a plate one point thick, a chain, a family
+    !> thinned by broken bonds) or do not bear the gradient_order asked for: the material is asked in the
+    !> directions spanned alone, without stress across, and the gradient is of first order
+    integer(c_int64_t) :: degenerate_points = 0
+    !> the first of them, 0 for none
+    integer(c_int64_t) :: first_degenerate_point = 0
   end type perion_health
 
   !> Heap bytes that a simulation holds.
@@ -252,9 +266,9 @@ module perion
     generic :: prescribe_function => prescribe_function_int64, prescribe_function_int32
     generic :: prescribe_values => prescribe_values_int64, prescribe_values_int32
     generic :: release => release_int64, release_int32
-    generic :: get => get_vectors, get_scalars
+    generic :: get => get_vectors, get_scalars, get_tensors
     generic :: set => set_vectors, set_scalars
-    generic :: sum => sum_components, sum_scalar
+    generic :: sum => sum_components, sum_scalar, sum_tensor
     procedure :: borrow => simulation_borrow
     procedure :: borrow_const => simulation_borrow_const
     procedure :: return => simulation_return
@@ -285,8 +299,8 @@ module perion
     procedure, private :: prescribe_function_int64, prescribe_function_int32
     procedure, private :: prescribe_values_int64, prescribe_values_int32
     procedure, private :: release_int64, release_int32
-    procedure, private :: get_vectors, get_scalars, set_vectors, set_scalars
-    procedure, private :: sum_components, sum_scalar
+    procedure, private :: get_vectors, get_scalars, get_tensors, set_vectors, set_scalars
+    procedure, private :: sum_components, sum_scalar, sum_tensor
     procedure, private :: step_int64, step_int32
     procedure, private :: step_count_int64, step_count_int32
     procedure, private :: simulation_assign
@@ -1106,13 +1120,16 @@ module perion
   ! Simulations: fields.
   interface
 
-    !> Copies a field to the host: vectors to (dimension,count), all others to (count); all points
-    !> in the host's order, or those of a set in the set's. Derived fields are computed when asked
-    !> for.
+    !> Copies a field to the host: vectors to (dimension,count), tensors to
+    !> (dimension,dimension,count), all others to (count); all points in the host's order, or those
+    !> of a set in the set's. values(i,j,k) is component i, j of point k, such as
+    !> F(i,j) = dx(i)/dX(j): row and column as on paper, where C has them row after row. Derived
+    !> fields are computed when asked for.
     !>
     !> ERROR_ARGUMENT: unknown field or set, another shape. ERROR_STATE: ACCELERATION, REACTION or
     !> BODY_FORCE of conditions after a change of state or conditions; evaluate first.
-    !> ERROR_NUMERIC: a force that is not finite.
+    !> ERROR_NUMERIC: a force, deformation or stress that is not finite. ERROR_UNSUPPORTED: STRESS_33
+    !> in 3D.
     recursive module subroutine get_vectors(self, field, values, set, error)
       class(perion_simulation), intent(in) :: self
       integer(c_int32_t), intent(in) :: field
@@ -1128,6 +1145,14 @@ module perion
       character(*), optional, intent(in) :: set
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine get_scalars
+
+    recursive module subroutine get_tensors(self, field, values, set, error)
+      class(perion_simulation), intent(in) :: self
+      integer(c_int32_t), intent(in) :: field
+      real(c_double), intent(inout) :: values(:, :, :)
+      character(*), optional, intent(in) :: set
+      type(perion_error), allocatable, optional, intent(out) :: error
+    end subroutine get_tensors
 
     !> Sets DISPLACEMENT, POSITION, VELOCITY or the host's BODY_FORCE from values (dimension,count),
     !> of all points in the host's order, or those of a set in the set's. Nothing is set unless all
@@ -1151,8 +1176,8 @@ module perion
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine set_scalars
 
-    !> Sums a field over a set, or over all points: vectors into components (dimension), all others
-    !> into one number. A force-displacement curve is the sum of REACTION over the held end, step by
+    !> Sums a field over a set, or over all points: vectors into components (dimension), tensors
+    !> into (dimension,dimension), all others into one number. A force-displacement curve is the sum of REACTION over the held end, step by
     !> step.
     !>
     !> ERROR_ARGUMENT: unknown field or set, another shape; otherwise as get.
@@ -1171,6 +1196,14 @@ module perion
       character(*), optional, intent(in) :: set
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine sum_scalar
+
+    recursive module subroutine sum_tensor(self, field, components, set, error)
+      class(perion_simulation), intent(in) :: self
+      integer(c_int32_t), intent(in) :: field
+      real(c_double), intent(inout) :: components(:, :)
+      character(*), optional, intent(in) :: set
+      type(perion_error), allocatable, optional, intent(out) :: error
+    end subroutine sum_tensor
 
     !> Lends the host DISPLACEMENT, VELOCITY or its own BODY_FORCE to read and write. Until all
     !> views are returned, calls that change the simulation give ERROR_STATE.
@@ -1250,12 +1283,15 @@ module perion
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine simulation_commit
 
-    !> A time step at which step is stable whatever bonds break or stretch; the true limit may be up
-    !> to twice as large. It promises nothing for bonds pressed to a fraction of their length: see
+    !> A time step at which step is stable. For bond_based whatever bonds break or stretch; the true
+    !> limit may be up to twice as large. For the other formulations about 2.5 % below the limit at the
+    !> current displacement, found anew at each call at the cost of sixty forces: ask again as bonds
+    !> break or strains grow. It promises nothing for bonds pressed to a fraction of their length: see
     !> smallest_stretch of perion_health. huge() where no bond acts. Leaves the state as it is; ends
     !> set-up.
     !>
-    !> ERROR_ARGUMENT: the horizon reaches no neighbour.
+    !> ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_NUMERIC: forces at the current
+    !> displacement are not finite.
     recursive module subroutine simulation_stable_time_step(self, time_step, error)
       class(perion_simulation), intent(inout) :: self
       real(c_double), intent(inout) :: time_step
@@ -1353,6 +1389,7 @@ module perion
 
     !> Writes the current positions and fields as a .vtu file for ParaView; an older file is
     !> replaced as a whole, or kept when this fails.
+    !> Vectors have 3 numbers and tensors 9, row after row; what a 2D body does not have of them is 0.
     !>
     !> ERROR_IO: it cannot be written. ERROR_ARGUMENT: unknown field, or one named twice; otherwise
     !> as get.

@@ -114,8 +114,38 @@ module perion_c
   !> Energy of the bonds per reference volume.
   integer(c_int32_t), parameter :: PERION_FIELD_STRAIN_ENERGY_DENSITY = 12_c_int32_t
 
+  !> Energy per reference volume of the penalty on what the material does not see.
+  integer(c_int32_t), parameter :: PERION_FIELD_STABILIZATION_ENERGY_DENSITY = 13_c_int32_t
+
   !> Energy that broken bonds held, per reference volume.
   integer(c_int32_t), parameter :: PERION_FIELD_DISSIPATED_ENERGY_DENSITY = 14_c_int32_t
+
+  !> Deformation gradient F_ij = dx_i/dX_j; a tensor. Where the bonds of a point do not span the body, what they
+  !> leave out turns with them and thins freely.
+  integer(c_int32_t), parameter :: PERION_FIELD_DEFORMATION_GRADIENT = 15_c_int32_t
+
+  !> Green-Lagrange strain (F^T F - I)/2; a tensor.
+  integer(c_int32_t), parameter :: PERION_FIELD_STRAIN = 16_c_int32_t
+
+  !> First Piola-Kirchhoff stress P_ij, the force in axis i on the reference area across axis j; a tensor.
+  !> correspondence: that of the material at F, without the penalty of the stabilised forms.
+  !> bond_associated_quadrature: the mean over the bonds. The others: the virial or areal stress
+  !> 1/2 sum (t_ij - t_ji) (x) xi V_j, too small where a surface or a crack cuts the family.
+  integer(c_int32_t), parameter :: PERION_FIELD_FIRST_PIOLA_STRESS = 18_c_int32_t
+
+  !> Cauchy stress P F^T/J of the two above, J with the thickness in plane stress; a tensor. Symmetric where P
+  !> is of a material at F, else as nearly as bonds deform alike.
+  integer(c_int32_t), parameter :: PERION_FIELD_CAUCHY_STRESS = 19_c_int32_t
+
+  !> Cauchy stress across a 2D body: 0 in plane stress. ERROR_UNSUPPORTED in 3D.
+  integer(c_int32_t), parameter :: PERION_FIELD_STRESS_33 = 20_c_int32_t
+
+  !> Von Mises stress of the Cauchy stress, with that across a 2D body.
+  integer(c_int32_t), parameter :: PERION_FIELD_VON_MISES_STRESS = 21_c_int32_t
+
+  !> Change of volume per volume, in 2D of area per area: theta of ordinary_state_based and madenci_oterkus, for
+  !> the others det F - 1.
+  integer(c_int32_t), parameter :: PERION_FIELD_DILATATION = 22_c_int32_t
 
   !> Number of points within the point's own horizon.
   integer(c_int32_t), parameter :: PERION_FIELD_NEIGHBOR_COUNT = 23_c_int32_t
@@ -190,6 +220,12 @@ module perion_c
     !> smallest stretch of a bond that is not broken, 0 when none is compressed; below about -0.3 bonds
     !> are on their way to collapse, and the stable step promises nothing
     real(c_double) :: smallest_stretch
+    !> points with bonds whose families do not span the body (a plate one point thick, a chain, a family
+    !> thinned by broken bonds) or do not bear the gradient_order asked for: the material is asked in the
+    !> directions spanned alone, without stress across, and the gradient is of first order
+    integer(c_int64_t) :: degenerate_points
+    !> the first of them, -1 for none
+    integer(c_int64_t) :: first_degenerate_point
   end type perion_health
 
   !> Heap bytes that a simulation holds. Let perion_memory_init set struct_size.
@@ -853,11 +889,12 @@ module perion_c
     end function perion_simulation_release
 
     !> Copies a field of all points to the host, point after point in the host's order. length: number of
-    !> points, times the dimension for vectors. Derived fields are computed when asked for.
+    !> points, times the dimension for vectors and its square for tensors, which lie row after row as an array
+    !> [count][dimension][dimension] does. Derived fields are computed when asked for.
     !>
     !> ERROR_ARGUMENT: unknown field, another length. ERROR_STATE: ACCELERATION, REACTION or BODY_FORCE of
-    !> conditions after a change of state or conditions; evaluate first. ERROR_NUMERIC: a force that is not
-    !> finite. ERROR_MEMORY. Since 0.1.
+    !> conditions after a change of state or conditions; evaluate first. ERROR_NUMERIC: a force, deformation or
+    !> stress that is not finite. ERROR_UNSUPPORTED: STRESS_33 in 3D. ERROR_MEMORY. Since 0.1.
     function perion_simulation_get(simulation, field, values, length) &
         bind(c, name="perion_simulation_get")
       import :: c_double, c_int32_t, c_int64_t, c_ptr
@@ -916,8 +953,8 @@ module perion_c
       integer(c_int32_t) :: perion_simulation_set_strided
     end function perion_simulation_set_strided
 
-    !> Sums a field over a set (NULL: all points), into `dimension` numbers for vectors, else one. A
-    !> force-displacement curve is the sum of REACTION over the held end, step by step.
+    !> Sums a field over a set (NULL: all points), into `dimension` numbers for vectors, their square
+    !> for tensors, else one. A force-displacement curve is the sum of REACTION over the held end, step by step.
     !>
     !> ERROR_ARGUMENT: unknown field or set; otherwise as perion_simulation_get. Since 0.1.
     function perion_simulation_sum(simulation, field, set_or_null, components) &
@@ -1004,11 +1041,14 @@ module perion_c
       integer(c_int32_t) :: perion_simulation_commit
     end function perion_simulation_commit
 
-    !> A time step at which step() is stable whatever bonds break or stretch; the true limit may be up to
-    !> twice as large. It promises nothing for bonds pressed to a fraction of their length: see
-    !> smallest_stretch of perion_health. DBL_MAX where no bond acts. Leaves the state as it is; ends set-up.
+    !> A time step at which step() is stable. For bond_based whatever bonds break or stretch; the true limit may
+    !> be up to twice as large. For the other formulations about 2.5 % below the limit at the current
+    !> displacement, found anew at each call at the cost of sixty forces: ask again as bonds break or strains
+    !> grow. It promises nothing for bonds pressed to a fraction of their length: see smallest_stretch of
+    !> perion_health. DBL_MAX where no bond acts. Leaves the state as it is; ends set-up.
     !>
-    !> ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
+    !> ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_NUMERIC: forces at the current displacement are
+    !> not finite. ERROR_MEMORY. Since 0.1.
     function perion_simulation_stable_time_step(simulation, time_step) &
         bind(c, name="perion_simulation_stable_time_step")
       import :: c_double, c_int32_t, c_ptr
@@ -1115,8 +1155,8 @@ module perion_c
       integer(c_int32_t) :: perion_simulation_energy
     end function perion_simulation_energy
 
-    !> What to look at before trusting a result: isolated and detached points, broken bonds, time step,
-    !> compressed bonds. Costs a sweep over the bonds; ends set-up.
+    !> What to look at before trusting a result: isolated, detached and degenerate points, broken bonds, time
+    !> step, compressed bonds. Costs a sweep over the bonds; ends set-up.
     !>
     !> ERROR_ARGUMENT: struct_size not set, the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
     function perion_simulation_health(simulation, health) bind(c, name="perion_simulation_health")
@@ -1135,7 +1175,8 @@ module perion_c
     end function perion_simulation_memory
 
     !> Writes the current positions and `field_count` fields as a .vtu file for ParaView; an older file is
-    !> replaced as a whole, or kept when this fails.
+    !> replaced as a whole, or kept when this fails. Vectors have 3 numbers and tensors 9, row after row; what a
+    !> 2D body does not have of them is 0.
     !>
     !> ERROR_IO: it cannot be written. ERROR_ARGUMENT: unknown field, or one named twice; otherwise as
     !> perion_simulation_get. Since 0.1.

@@ -73,6 +73,8 @@ contains
     health%first_isolated_point = told%first_isolated_point + 1
     health%detached_points = told%detached_points
     health%first_detached_point = told%first_detached_point + 1
+    health%degenerate_points = told%degenerate_points
+    health%first_degenerate_point = told%first_degenerate_point + 1
     health%bonds = told%bonds
     health%broken_bonds = told%broken_bonds
     health%time_step_ratio = told%time_step_ratio

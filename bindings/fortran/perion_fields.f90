@@ -7,15 +7,19 @@ submodule (perion) fields_procedures
   use perion_support
   implicit none
 
-  !> The fields with one number an axis, and those with one number. A field of a later library is in
-  !> neither: then the library is the one to refuse a shape.
+  !> The fields with one number an axis, a pair of axes, and those with one number. A field of a later
+  !> library is in none: then the library is the one to refuse a shape.
   integer(c_int32_t), parameter :: vectors(*) = [PERION_FIELD_REFERENCE_POSITION, &
       PERION_FIELD_POSITION, PERION_FIELD_DISPLACEMENT, PERION_FIELD_VELOCITY, &
       PERION_FIELD_ACCELERATION, PERION_FIELD_INTERNAL_FORCE, PERION_FIELD_BODY_FORCE, &
       PERION_FIELD_REACTION]
+  integer(c_int32_t), parameter :: tensors(*) = [PERION_FIELD_DEFORMATION_GRADIENT, &
+      PERION_FIELD_STRAIN, PERION_FIELD_FIRST_PIOLA_STRESS, PERION_FIELD_CAUCHY_STRESS]
   integer(c_int32_t), parameter :: scalars(*) = [PERION_FIELD_VOLUME, PERION_FIELD_DENSITY, &
       PERION_FIELD_DAMAGE, PERION_FIELD_STRAIN_ENERGY_DENSITY, &
-      PERION_FIELD_DISSIPATED_ENERGY_DENSITY, PERION_FIELD_NEIGHBOR_COUNT, &
+      PERION_FIELD_STABILIZATION_ENERGY_DENSITY, &
+      PERION_FIELD_DISSIPATED_ENERGY_DENSITY, PERION_FIELD_STRESS_33, &
+      PERION_FIELD_VON_MISES_STRESS, PERION_FIELD_DILATATION, PERION_FIELD_NEIGHBOR_COUNT, &
       PERION_FIELD_TIME_STEP_ESTIMATE]
 
 contains
@@ -58,6 +62,33 @@ contains
       if (ok(fetched(self, field, packed, 1_c_int64_t, count, 1_c_int64_t, set), error)) values = packed
     end if
   end procedure get_scalars
+
+  module procedure get_tensors
+    character(*), parameter :: call = 'perion_simulation_get'
+    real(c_double), allocatable :: packed(:, :)
+    integer(c_int64_t) :: count, k
+    integer :: axes, flaw
+
+    if (.not. fits(self, call, field, shape(values, c_int64_t), set, error)) return
+    axes = size(values, 1)
+    count = size(values, 3, c_int64_t)
+    allocate (packed(axes * axes, count), stat=flaw)
+    if (.not. room(flaw, call, error)) return
+    if (.not. ok(fetched(self, field, packed, size(packed, 1, c_int64_t), count, &
+        size(packed, 1, c_int64_t), set), error)) return
+    do k = 1, count
+      values(:, :, k) = from_rows(packed(:, k), axes)
+    end do
+  end procedure get_tensors
+
+  !> A tensor that C has row after row.
+  pure function from_rows(rows, axes) result(tensor)
+    real(c_double), intent(in) :: rows(:)
+    integer, intent(in) :: axes
+    real(c_double) :: tensor(axes, axes)
+
+    tensor = transpose(reshape(rows, [axes, axes]))
+  end function from_rows
 
   !> Copies a field into numbers of the host that are `stride` apart from point to point.
   recursive function fetched(self, field, values, components, count, stride, set) result(status)
@@ -139,16 +170,25 @@ contains
   end function stored
 
   module procedure sum_components
-    if (.not. adds_up(self, field, size(components, kind=c_int64_t), 1, error)) return
+    if (.not. adds_up(self, field, shape(components, c_int64_t), error)) return
     call check(summed(self, field, components, set), error)
   end procedure sum_components
 
   module procedure sum_scalar
-    real(c_double) :: numbers(3)
+    real(c_double) :: numbers(9)
 
-    if (.not. adds_up(self, field, 1_c_int64_t, 0, error)) return
+    if (.not. adds_up(self, field, shape(components, c_int64_t), error)) return
     if (ok(summed(self, field, numbers, set), error)) components = numbers(1)
   end procedure sum_scalar
+
+  module procedure sum_tensor
+    real(c_double) :: numbers(9)
+    integer :: axes
+
+    if (.not. adds_up(self, field, shape(components, c_int64_t), error)) return
+    axes = size(components, 1)
+    if (ok(summed(self, field, numbers, set), error)) components = from_rows(numbers(:axes * axes), axes)
+  end procedure sum_tensor
 
   recursive function summed(self, field, components, set) result(status)
     class(perion_simulation), intent(in) :: self
@@ -173,43 +213,66 @@ contains
     character(*), optional, intent(in) :: set
     type(perion_error), allocatable, optional, intent(inout) :: error
     character(:), allocatable :: expected
-    logical :: fits, is_vector
+    logical :: fits
+    integer :: rank
 
     fits = is_live(self%handle, call, error)
     if (.not. fits) return
-    is_vector = any(field == vectors)
-    if (.not. (is_vector .or. any(field == scalars))) return
-    fits = size(extents) == merge(2, 1, is_vector)
-    if (is_vector) fits = fits .and. extents(1) == self%axes
+    rank = rank_of(field)
+    if (rank < 0) return
+    fits = size(extents) == rank + 1
+    if (fits) fits = all(extents(:rank) == self%axes)
     if (.not. present(set)) fits = fits .and. extents(size(extents)) == self%points
     if (fits) return
     expected = 'count'
     if (.not. present(set)) expected = number(self%points)
-    if (is_vector) expected = number(self%axes) // ',' // expected
+    expected = repeat(number(self%axes) // ',', rank) // expected
     call refuse(PERION_ERROR_ARGUMENT, call // ': ''values'' has the shape ' // &
         shape_text(extents) // '; field ' // number(int(field, c_int64_t)) // ' needs (' // &
         expected // ')', error)
   end function fits
 
-  !> Whether there is a simulation, and so many numbers are what a field adds up to.
-  recursive function adds_up(self, field, length, rank, error)
+  !> Number of axes that a number of a field is for; -1 of a number that is no field, which is the library's to
+  !> refuse.
+  pure function rank_of(field) result(rank)
+    integer(c_int32_t), intent(in) :: field
+    integer :: rank
+
+    rank = -1
+    if (any(field == scalars)) rank = 0
+    if (any(field == vectors)) rank = 1
+    if (any(field == tensors)) rank = 2
+  end function rank_of
+
+  !> Whether there is a simulation, and numbers of this shape are what a field adds up to. A vector of one
+  !> takes one number too.
+  recursive function adds_up(self, field, extents, error)
     class(perion_simulation), intent(in) :: self
     integer(c_int32_t), intent(in) :: field
-    integer(c_int64_t), intent(in) :: length
-    integer, intent(in) :: rank
+    integer(c_int64_t), intent(in) :: extents(:)
     type(perion_error), allocatable, optional, intent(inout) :: error
     character(*), parameter :: call = 'perion_simulation_sum'
-    integer(c_int64_t) :: expected
+    integer(c_int64_t) :: length
     logical :: adds_up
+    integer :: rank
 
     adds_up = is_live(self%handle, call, error)
     if (.not. adds_up) return
-    expected = merge(1_c_int64_t, self%axes, any(field == scalars))
-    ! A number that is no field is the library's to refuse.
-    adds_up = length == expected .or. (rank == 0 .and. .not. any(field == vectors))
+    rank = rank_of(field)
+    length = product(extents)
+    if (rank < 0) then
+      ! Room for what the library might write.
+      adds_up = size(extents) == 0 .or. all(extents == self%axes)
+      rank = size(extents)
+    else if (rank == 2 .or. size(extents) == 2) then
+      adds_up = size(extents) == rank
+      if (adds_up) adds_up = all(extents == self%axes)
+    else
+      adds_up = length == self%axes**rank
+    end if
     if (.not. adds_up) call refuse(PERION_ERROR_ARGUMENT, call // ': ''components'' has ' // &
         number(length) // ' numbers; field ' // number(int(field, c_int64_t)) // ' adds up to ' // &
-        number(expected), error)
+        number(self%axes**rank), error)
   end function adds_up
 
   module procedure simulation_borrow

@@ -5,19 +5,33 @@
 
 use std::f64::consts::PI;
 
-use super::{Formulation, FormulationEntry, Materials, Scene};
+use super::body::{Body, ByModel, Link, Weights};
+use super::ordinary_state_based::extension;
+use super::{
+    EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Read, Scene, surface,
+};
 use crate::damage::Breaking;
 use crate::error::{Error, Result};
 use crate::families::Property;
 use crate::kernel::bond_based::{Alike, BlockBreaking, BondLaw, Cloud, Various};
-use crate::model::{Elastic, Model, Plane};
+use crate::material::Law;
+use crate::model::{Elastic, Influence, Model, Plane};
 use crate::workers::{PerPoint, Ragged};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     name: "bond_based",
     description: "bond-based (PMB): each bond a spring; Poisson's ratio 1/4, in plane stress 1/3",
-    refused_keys: &["influence"],
+    refused_keys: &[
+        "influence",
+        "material",
+        "silling_coefficient",
+        "bond_horizon",
+        "force_form",
+        "operator_bonds",
+        "gradient_order",
+        "divergence",
+    ],
     check: |model, dimension| elastic(model, dimension).map(|_| ()),
     critical_stretch,
     prepare,
@@ -25,6 +39,14 @@ pub(super) const ENTRY: FormulationEntry = FormulationEntry {
 
 struct BondBased {
     bond_constants: Property,
+    /// lambda/2 + mu, where the surface is to be corrected.
+    corrected: Option<Property>,
+    /// Factor of each lane, once they are known.
+    correction: Option<Vec<f64>>,
+    /// Every bond counts alike in the deformation gradient.
+    weights: Weights,
+    /// For what lies across; bonds do not ask it.
+    laws: ByModel<Law>,
 }
 
 fn elastic(model: &Model, dimension: usize) -> Result<Elastic> {
@@ -72,7 +94,24 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         |model, horizon| bond_constant(model, materials.dimension, horizon),
         "bond constants",
     )?;
-    Ok(Box::new(BondBased { bond_constants }))
+    let corrected = if materials.models[0].corrects_surface() {
+        let modulus = |model: &Model, _| {
+            let elastic = elastic(model, materials.dimension)?;
+            let lambda = match materials.dimension {
+                3 => elastic.lame_lambda,
+                _ => elastic.plane_lambda(model.plane()),
+            };
+            Ok(0.5 * lambda + elastic.shear_modulus)
+        };
+        Some(materials.property(modulus, "moduli")?)
+    } else {
+        None
+    };
+    let weights = Weights::with(materials, |_| Ok(Influence::Constant))?;
+    let laws = ByModel::new(materials, |model| {
+        Ok(Law::with(&elastic(model, materials.dimension)?, model, materials.dimension))
+    })?;
+    Ok(Box::new(BondBased { bond_constants, corrected, correction: None, weights, laws }))
 }
 
 impl BondBased {
@@ -81,20 +120,43 @@ impl BondBased {
             bond_constants: &self.bond_constants,
             families: scene.families,
             integrity: scene.bonds.integrity,
+            correction: self.correction.as_deref(),
             rule: breaking.map(|breaking| breaking.rule),
         }
     }
 
     /// The law of a scene in which all bonds are alike, if it is one.
     fn alike<'a>(&self, scene: &Scene<'_>, breaking: Option<&Breaking<'a>>) -> Option<Alike<'a>> {
-        let (Property::Uniform(bond_constant), Property::Uniform(_), None) =
-            (&self.bond_constants, &scene.families.radii, scene.bonds.integrity)
+        let (Property::Uniform(bond_constant), Property::Uniform(_), None, None) =
+            (&self.bond_constants, &scene.families.radii, scene.bonds.integrity, &self.correction)
         else {
             return None;
         };
         let rule = breaking.map(|breaking| breaking.rule);
         let critical = rule.map_or(Some(f64::INFINITY), |rule| rule.uniform())?;
         Some(Alike { bond_constant: *bond_constant, critical, rule })
+    }
+
+    fn read_kinematics<const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        values: &mut [f64],
+        read: &Read<'_>,
+    ) {
+        let (body, count) = (Body::<D>::new(scene, &self.weights), scene.places.len());
+        let width = values.len() / count;
+        let tension = |point: usize, link: &Link<D>| {
+            let (own, other) =
+                (self.bond_constants.at(point), self.bond_constants.at(link.neighbor));
+            let (extension, now) = extension(link);
+            (0.5 * (own * link.own + other * link.other) * extension / link.length, now)
+        };
+        scene.workers.sweep(count, PerPoint(values, width), |range, values| {
+            for (values, point) in values.0.chunks_exact_mut(width).zip(range) {
+                let (law, tension) = (self.laws.at(point), |link: &Link<D>| tension(point, link));
+                read(&Kinematics::of_bonds(&body, point, law, tension), values);
+            }
+        });
     }
 
     fn sum_over_bonds(
@@ -112,9 +174,24 @@ impl BondBased {
 }
 
 impl Formulation for BondBased {
+    fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
+        let Some(moduli) = &self.corrected else { return Ok(()) };
+        let factors = surface::factors(
+            scene,
+            |scene, density| {
+                self.energy_density(scene, &mut [], density, EnergyPart::Strain);
+                Ok(())
+            },
+            |point| moduli.at(point),
+        )?;
+        self.correction = Some(factors);
+        Ok(())
+    }
+
     fn force(
         &self,
         scene: &Scene<'_>,
+        _: &mut [f64],
         force: &mut [f64],
         breaking: Option<Breaking<'_>>,
     ) -> Option<usize> {
@@ -124,7 +201,17 @@ impl Formulation for BondBased {
         }
     }
 
-    fn strain_energy_density(&self, scene: &Scene<'_>, density: &mut [f64]) {
+    fn energy_density(
+        &self,
+        scene: &Scene<'_>,
+        _: &mut [f64],
+        density: &mut [f64],
+        part: EnergyPart,
+    ) {
+        if part == EnergyPart::Stabilization {
+            density.fill(0.0);
+            return;
+        }
         let law = self.various(scene, None);
         let cloud = Cloud::from(scene);
         let count = scene.places.len();
@@ -134,9 +221,16 @@ impl Formulation for BondBased {
         });
     }
 
+    fn kinematics(&self, scene: &Scene<'_>, _: &mut [f64], values: &mut [f64], read: &Read<'_>) {
+        match scene.dimension {
+            3 => self.read_kinematics::<3>(scene, values, read),
+            _ => self.read_kinematics::<2>(scene, values, read),
+        }
+    }
+
     /// The stiffness of a bond never exceeds c d/L, whatever its stretch. By Gershgorin's circles the
     /// squared frequencies are then at most twice sum c d V_j/(L rho).
-    fn stiffness_bound(&self, scene: &Scene<'_>, bound: &mut [f64]) {
+    fn stiffness_bound(&self, scene: &Scene<'_>, bound: &mut [f64]) -> bool {
         let law = self.various(scene, None);
         self.sum_over_bonds(scene, bound, |point, bond| {
             if !scene.bonds.is_intact(bond.slot) {
@@ -144,6 +238,7 @@ impl Formulation for BondBased {
             }
             0.5 * law.stiffness_of(point, bond) * scene.places[bond.neighbor][3] / bond.length
         });
+        true
     }
 
     fn conventional_stiffness(&self, scene: &Scene<'_>, stiffness: &mut [f64]) {
@@ -155,6 +250,9 @@ impl Formulation for BondBased {
 
     fn bytes(&self) -> usize {
         self.bond_constants.bytes()
+            + self.correction.as_ref().map_or(0, crate::memory::bytes)
+            + self.weights.bytes()
+            + self.laws.bytes()
     }
 }
 

@@ -1,6 +1,21 @@
 //! Formulations: how bonds turn displacements into forces. One file each, and one line in the table.
 
+mod body;
+mod bond_associated;
+mod bond_associated_quadrature;
 mod bond_based;
+mod breaking;
+mod constants;
+mod correspondence;
+mod gradient;
+mod kinematics;
+mod lagrangian;
+mod madenci_oterkus;
+mod ordinary_state_based;
+mod state_based;
+mod surface;
+
+pub(crate) use kinematics::Kinematics;
 
 use crate::damage::{BondsView, Breaking};
 use crate::error::{Error, Result};
@@ -27,7 +42,18 @@ pub struct FormulationEntry {
 }
 
 /// All formulations.
-pub static FORMULATIONS: [FormulationEntry; 1] = [bond_based::ENTRY];
+pub static FORMULATIONS: [FormulationEntry; 10] = [
+    bond_based::ENTRY,
+    ordinary_state_based::ENTRY,
+    madenci_oterkus::ENTRY,
+    correspondence::ENTRY,
+    correspondence::SILLING,
+    correspondence::WAN,
+    bond_associated::ENTRY,
+    bond_associated_quadrature::ENTRY,
+    lagrangian::TOTAL,
+    lagrangian::UPDATED,
+];
 
 /// A formulation by name.
 pub(crate) fn find(name: &str) -> Result<&'static FormulationEntry> {
@@ -88,23 +114,66 @@ pub(crate) struct Scene<'a> {
     pub(crate) workers: &'a Workers,
 }
 
+/// A part of the elastic energy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum EnergyPart {
+    /// Of the material.
+    Strain,
+    /// Of the penalty on what the material does not see.
+    Stabilization,
+}
+
+/// Makes numbers of the deformation and stress of a point.
+pub(crate) type Read<'a> = dyn Fn(&Kinematics, &mut [f64]) + Sync + 'a;
+
 /// A formulation made ready for one body.
 pub(crate) trait Formulation: Send + Sync {
+    /// Takes the body as it is before the first step, its pre-cracks included, for what it refers to.
+    fn refer_to(&mut self, _scene: &Scene<'_>) -> Result<()> {
+        Ok(())
+    }
+
+    /// Numbers that a sweep for forces or energies writes aside.
+    fn scratch(&self, _points: usize, _blocks: usize, _dimension: usize) -> usize {
+        0
+    }
+
     /// Internal force per volume b_i of all points. With `breaking`, bonds that the rule condemns at
     /// this displacement break first. Gives the first point whose force is not finite.
     fn force(
         &self,
         scene: &Scene<'_>,
+        scratch: &mut [f64],
         force: &mut [f64],
         breaking: Option<Breaking<'_>>,
     ) -> Option<usize>;
 
-    /// Strain energy per volume W_i of all points.
-    fn strain_energy_density(&self, scene: &Scene<'_>, density: &mut [f64]);
+    /// A part of the energy per volume of all points.
+    fn energy_density(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        density: &mut [f64],
+        part: EnergyPart,
+    );
+
+    /// Deformation and stress of all points: `read` makes of each the numbers that `values` has a point.
+    fn kinematics(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        values: &mut [f64],
+        read: &Read<'_>,
+    );
 
     /// A bound, per point, on what the bonds still intact can add to the squared frequency of the body,
-    /// times the density: (omega/2)^2 rho. It holds at any displacement.
-    fn stiffness_bound(&self, scene: &Scene<'_>, bound: &mut [f64]);
+    /// times the density: (omega/2)^2 rho. It holds at any displacement. False where there is none.
+    fn stiffness_bound(&self, scene: &Scene<'_>, bound: &mut [f64]) -> bool;
+
+    /// Marks points whose families do not span the body, or do not bear the order of gradient asked for, by 1.
+    fn degenerate(&self, _scene: &Scene<'_>, marks: &mut [f64]) {
+        marks.fill(0.0);
+    }
 
     /// sum C_b V_j/L over each point's whole family, of [P 3.58].
     fn conventional_stiffness(&self, scene: &Scene<'_>, stiffness: &mut [f64]);

@@ -303,6 +303,8 @@ pub(crate) struct Various<'a> {
     pub(crate) bond_constants: &'a Property,
     pub(crate) families: &'a Families,
     pub(crate) integrity: Option<&'a [f64]>,
+    /// Factor of each lane by which bonds near a surface are stiffer.
+    pub(crate) correction: Option<&'a [f64]>,
     pub(crate) rule: Option<&'a BreakRule>,
 }
 
@@ -312,9 +314,11 @@ impl Various<'_> {
         if self.families.owns(point, length) { self.bond_constants.at(point) } else { 0.0 }
     }
 
+    /// Integrity of a bond, and with it what the surface adds.
     #[inline(always)]
     fn integrity(&self, slot: usize) -> f64 {
-        self.integrity.map_or(1.0, |values| values[slot])
+        let correction = self.correction.map_or(1.0, |values| values[slot]);
+        correction * self.integrity.map_or(1.0, |values| values[slot])
     }
 
     /// Bond constant times integrity that acts between both ends of one bond.

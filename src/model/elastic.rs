@@ -57,6 +57,42 @@ impl Elastic {
         }
     }
 
+    /// From two constants.
+    pub(crate) fn from_two(given: &GivenConstants) -> Result<Self> {
+        given.check_count()?;
+        if given.count() < 2 {
+            return argument(
+                "the model needs two elastic constants; set two of 'youngs_modulus', 'poissons_ratio', \
+                 'bulk_modulus', 'shear_modulus' and 'lame_lambda'",
+            );
+        }
+        let nu = given.poisson_ratio_of_two();
+        let constants = match (given.bulk_modulus, given.shear_modulus) {
+            (Some(k), Some(g)) => Self::with_moduli(k, g),
+            _ => {
+                let by = |scale: f64, constant: Option<f64>| constant.map(|value| value * scale);
+                let youngs_modulus = given
+                    .youngs_modulus
+                    .or(by(3.0 * (1.0 - 2.0 * nu), given.bulk_modulus))
+                    .or(by(2.0 * (1.0 + nu), given.shear_modulus))
+                    .or(by((1.0 + nu) * (1.0 - 2.0 * nu) / nu, given.lame_lambda));
+                Self::new(youngs_modulus.unwrap_or(f64::NAN), nu)
+            }
+        };
+        let Self { youngs_modulus, poissons_ratio, .. } = constants;
+        let sound = youngs_modulus > 0.0
+            && youngs_modulus.is_finite()
+            && -1.0 < poissons_ratio
+            && poissons_ratio < 0.5;
+        if sound {
+            return Ok(constants);
+        }
+        argument(format!(
+            "the elastic constants of the model give Young's modulus {youngs_modulus} and Poisson's ratio \
+             {poissons_ratio}; they must be positive, and between -1 and 1/2"
+        ))
+    }
+
     /// From one constant and a Poisson's ratio that the formulation fixes; a second constant must
     /// agree with it.
     pub(crate) fn with_fixed_ratio(

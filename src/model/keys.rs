@@ -13,6 +13,13 @@ pub enum Kind {
         /// Upper limit.
         below: f64,
     },
+    /// A whole number between these limits, which are themselves allowed.
+    Whole {
+        /// The least.
+        least: u32,
+        /// The greatest.
+        most: u32,
+    },
     /// One of these words, which a bar separates.
     Choice(&'static str),
 }
@@ -37,7 +44,7 @@ const fn number(name: &'static str, default: &'static str, description: &'static
 }
 
 /// The list of all keys.
-pub const KEYS: [Key; 13] = [
+pub const KEYS: [Key; 21] = [
     number("density", "", "mass per volume; must be given"),
     number(
         "horizon",
@@ -75,9 +82,67 @@ pub const KEYS: [Key; 13] = [
     Key {
         name: "influence",
         description: "how much a bond counts by its length L within the horizon d: constant 1, \
-                      inverse d/L, conical 1 - L/d, or the cubic B-spline; bond_based takes none",
-        default: "",
+                      inverse d/L, conical 1 - L/d, or the cubic B-spline; constant, because every bond \
+                      then tells as much of the gradient as it can. bond_based and madenci_oterkus \
+                      take none",
+        default: "constant",
         kind: Kind::Choice("constant|inverse|conical|cubic_spline"),
+    },
+    Key {
+        name: "material",
+        description: "law of the correspondence kind: Saint Venant-Kirchhoff, neo-Hooke or small strain; \
+                      the first, because it is linear in the strain and knows rotations",
+        default: "saint_venant_kirchhoff",
+        kind: Kind::Choice("saint_venant_kirchhoff|neo_hookean|small_strain"),
+    },
+    Key {
+        name: "silling_coefficient",
+        description: "C_s of correspondence_silling, without unit; 1, because the penalty is then as stiff \
+                      as the bonds of the material and costs little of the time step",
+        default: "1",
+        kind: POSITIVE,
+    },
+    Key {
+        name: "gradient_order",
+        description: "order of the polynomials that the gradient takes exactly, 1 or 2; 1, because 2 needs \
+                      larger families",
+        default: "1",
+        kind: Kind::Whole { least: 1, most: 2 },
+    },
+    number(
+        "bond_horizon",
+        "",
+        "length around the other end of a bond in which bond_associated looks; the horizon, if it is not \
+         given: smaller ones are stiffer against modes without energy",
+    ),
+    Key {
+        name: "surface_correction",
+        description: "of bond_based and ordinary_state_based: none, or energy: bonds near a surface are made \
+                      stiffer until a stretch along each axis stores what the material says; none, because it \
+                      follows the axes",
+        default: "none",
+        kind: Kind::Choice("none|energy"),
+    },
+    Key {
+        name: "force_form",
+        description: "of bond_associated: energy, the slope of its energy, or literal, as its source \
+                      prints it; energy, because it conserves energy",
+        default: "energy",
+        kind: Kind::Choice("energy|literal"),
+    },
+    Key {
+        name: "operator_bonds",
+        description: "bonds in the operators of total_lagrangian (undeformed, where it is not chosen: forces \
+                      are then the slope of the energy) and updated_lagrangian (deformed)",
+        default: "",
+        kind: Kind::Choice("undeformed|deformed"),
+    },
+    Key {
+        name: "divergence",
+        description: "weak: forces are the slope of the energy; strong: the divergence of the stress by \
+                      collocation, which conserves no momentum. weak, because it does",
+        default: "weak",
+        kind: Kind::Choice("weak|strong"),
     },
     Key {
         name: "plane",
@@ -105,11 +170,23 @@ pub(crate) fn find(name: &str) -> Result<usize> {
 
 impl Key {
     pub(crate) fn check_number(&self, value: f64) -> Result<()> {
-        let Kind::Number { above, below } = self.kind else {
-            return argument(format!(
-                "key '{}' takes a choice, not a number; use choose",
-                self.name
-            ));
+        let (above, below) = match self.kind {
+            Kind::Number { above, below } => (above, below),
+            Kind::Whole { least, most } => {
+                if value.fract() == 0.0 && (f64::from(least)..=f64::from(most)).contains(&value) {
+                    return Ok(());
+                }
+                return argument(format!(
+                    "'{}' is {value}; it must be a whole number from {least} to {most}",
+                    self.name
+                ));
+            }
+            Kind::Choice(_) => {
+                return argument(format!(
+                    "key '{}' takes a choice, not a number; use choose",
+                    self.name
+                ));
+            }
         };
         if above < value && value < below && value.is_finite() {
             return Ok(());

@@ -133,6 +133,47 @@ impl Model {
         }
     }
 
+    /// The constants of the solid, from two that were given.
+    pub(crate) fn elastic(&self) -> Result<Elastic> {
+        Elastic::from_two(&self.elastic_constants())
+    }
+
+    pub(crate) fn influence(&self) -> Influence {
+        match self.choice("influence") {
+            Some("inverse") => Influence::Inverse,
+            Some("conical") => Influence::Conical,
+            Some("cubic_spline") => Influence::CubicSpline,
+            _ => Influence::Constant,
+        }
+    }
+
+    /// The name of the material law.
+    pub(crate) fn material(&self) -> &'static str {
+        self.choice("material").unwrap_or("saint_venant_kirchhoff")
+    }
+
+    /// 1 or 2.
+    pub(crate) fn gradient_order(&self) -> usize {
+        if self.number("gradient_order") == Some(2.0) { 2 } else { 1 }
+    }
+
+    pub(crate) fn corrects_surface(&self) -> bool {
+        self.choice("surface_correction") == Some("energy")
+    }
+
+    pub(crate) fn is_literal(&self) -> bool {
+        self.choice("force_form") == Some("literal")
+    }
+
+    /// Whether operators take deformed bonds, where it was chosen.
+    pub(crate) fn has_deformed_bonds(&self) -> Option<bool> {
+        self.choice("operator_bonds").map(|choice| choice == "deformed")
+    }
+
+    pub(crate) fn is_strong(&self) -> bool {
+        self.choice("divergence") == Some("strong")
+    }
+
     /// What breaks its bonds.
     pub(crate) fn damage(&self) -> Result<Damage> {
         let stretch = self.number("critical_stretch");

@@ -69,6 +69,11 @@ impl Plan {
         self.places.len()
     }
 
+    /// Numbers that a sweep for forces or energies writes aside.
+    pub(crate) fn scratch(&self) -> usize {
+        self.formulation.scratch(self.count(), self.families.block_count(), self.dimension)
+    }
+
     /// The body at a displacement.
     pub(crate) fn scene<'a>(
         &'a self,

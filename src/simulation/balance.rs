@@ -51,6 +51,11 @@ pub struct Health {
     /// about -0.3 are on their way to collapse, where their force turns over: the stable step
     /// promises nothing then.
     pub smallest_stretch: f64,
+    /// Points with bonds whose families do not span the body (a plate one point thick, a chain, a family thinned
+    /// by broken bonds), or do not bear the second order of gradient that was asked for. The material is
+    /// asked in the directions spanned alone, as a membrane or a string without stress across; the gradient
+    /// is of first order.
+    pub degenerate: PointReport,
 }
 
 /// Heap bytes held by a simulation, without its conditions.
@@ -84,14 +89,6 @@ impl Simulation {
         Ok(Energy { kinetic, elastic, dissipated, external_work: work, closure_error })
     }
 
-    /// Strain energy per volume of all points, in the inner order.
-    pub(super) fn strain_energy_density(&self) -> Result<Vec<f64>> {
-        let built = self.built()?;
-        let mut density = memory::filled(0.0, built.plan.count(), "strain energy")?;
-        built.strain_energy_density(&self.state.current.displacement, &mut density);
-        Ok(density)
-    }
-
     fn kinetic(&self) -> Result<f64> {
         let plan = &self.built()?.plan;
         let dimension = plan.dimension;
@@ -103,8 +100,9 @@ impl Simulation {
     }
 
     fn elastic(&self) -> Result<f64> {
-        let density = self.strain_energy_density()?;
-        let places = &self.built()?.plan.places;
+        let built = self.built()?;
+        let density = built.elastic_energy_density(&self.state.current.displacement)?;
+        let places = &built.plan.places;
         self.sum_over_points(|point| density[point] * places[point][3])
     }
 
@@ -180,9 +178,12 @@ impl Simulation {
     /// # Errors
     /// What building the families can fail with.
     pub fn health(&self) -> Result<Health> {
-        let Built { plan, bonds, .. } = self.built()?;
+        let Built { plan, bonds, workers, .. } = self.built()?;
         let mut isolated = PointReport { count: 0, first: None };
-        let mut detached = isolated;
+        let (mut detached, mut degenerate) = (isolated, isolated);
+        let mut marks = memory::filled(0.0, plan.count(), "health")?;
+        let scene = plan.scene(workers, bonds, &self.state.current.displacement);
+        plan.formulation.degenerate(&scene, &mut marks);
         for point in 0..self.points.count() {
             let inner = self.points.order().place(point);
             let blocks = plan.families.blocks(inner);
@@ -190,6 +191,8 @@ impl Simulation {
                 &mut isolated
             } else if bonds.intact[blocks].iter().all(|&mask| mask == 0) {
                 &mut detached
+            } else if marks[inner] != 0.0 {
+                &mut degenerate
             } else {
                 continue;
             };
@@ -212,6 +215,7 @@ impl Simulation {
             broken_bonds,
             time_step_ratio: self.state.time_step_ratio,
             smallest_stretch,
+            degenerate,
         })
     }
 
@@ -232,12 +236,13 @@ impl Simulation {
             bonds: 0,
             state: self.state.bytes(),
         };
-        if let Some(Built { plan, bonds, next_intact, dissipated, partial, .. }) = self.built.get()
+        if let Some(Built { plan, bonds, next_intact, dissipated, scratch, partial, .. }) =
+            self.built.get()
         {
             memory.points += plan.point_bytes();
             memory.bonds += plan.bond_bytes() + bonds.bytes() + memory::bytes(next_intact);
             memory.state += dissipated.iter().map(memory::bytes).sum::<usize>();
-            memory.state += memory::bytes(partial);
+            memory.state += memory::bytes(partial) + memory::bytes(scratch);
         }
         memory
     }

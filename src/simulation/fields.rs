@@ -34,8 +34,24 @@ pub enum Field {
     Damage,
     /// Energy of the bonds per reference volume.
     StrainEnergyDensity,
+    /// Energy per reference volume of the penalty on what the material does not see.
+    StabilizationEnergyDensity,
     /// Energy that broken bonds held, per reference volume.
     DissipatedEnergyDensity,
+    /// Deformation gradient F, row after row: F_ij = dx_i/dX_j.
+    DeformationGradient,
+    /// Green-Lagrange strain (F^T F - I)/2, row after row.
+    Strain,
+    /// First Piola-Kirchhoff stress P, row after row: force in axis i on the reference area across axis j.
+    FirstPiolaStress,
+    /// Cauchy stress P F^T/J, row after row.
+    CauchyStress,
+    /// Cauchy stress across a 2D body: 0 in plane stress. 3D bodies do not have it.
+    Stress33,
+    /// Von Mises stress of the Cauchy stress, that across a 2D body included.
+    VonMisesStress,
+    /// Change of volume per volume, in 2D of area: what the formulation calls dilatation, else det F - 1.
+    Dilatation,
     /// Points within the point's own horizon.
     NeighborCount,
     /// Time step by the field's usual formula [P 3.58], a time; not a bound.
@@ -44,7 +60,7 @@ pub enum Field {
 
 impl Field {
     /// All fields.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 23] = [
         Self::ReferencePosition,
         Self::Position,
         Self::Displacement,
@@ -57,7 +73,15 @@ impl Field {
         Self::Density,
         Self::Damage,
         Self::StrainEnergyDensity,
+        Self::StabilizationEnergyDensity,
         Self::DissipatedEnergyDensity,
+        Self::DeformationGradient,
+        Self::Strain,
+        Self::FirstPiolaStress,
+        Self::CauchyStress,
+        Self::Stress33,
+        Self::VonMisesStress,
+        Self::Dilatation,
         Self::NeighborCount,
         Self::TimeStepEstimate,
     ];
@@ -77,7 +101,15 @@ impl Field {
             Self::Density => "density",
             Self::Damage => "damage",
             Self::StrainEnergyDensity => "strain_energy_density",
+            Self::StabilizationEnergyDensity => "stabilization_energy_density",
             Self::DissipatedEnergyDensity => "dissipated_energy_density",
+            Self::DeformationGradient => "deformation_gradient",
+            Self::Strain => "strain",
+            Self::FirstPiolaStress => "first_piola_stress",
+            Self::CauchyStress => "cauchy_stress",
+            Self::Stress33 => "stress_33",
+            Self::VonMisesStress => "von_mises_stress",
+            Self::Dilatation => "dilatation",
             Self::NeighborCount => "neighbor_count",
             Self::TimeStepEstimate => "time_step_estimate",
         }
@@ -116,8 +148,17 @@ impl Field {
             | Self::InternalForce
             | Self::BodyForce
             | Self::Reaction => dimension,
+            Self::DeformationGradient
+            | Self::Strain
+            | Self::FirstPiolaStress
+            | Self::CauchyStress => dimension * dimension,
             _ => 1,
         }
+    }
+
+    /// Whether a body of this dimension has it.
+    pub fn is_defined(self, dimension: usize) -> bool {
+        self != Self::Stress33 || dimension == 2
     }
 }
 
@@ -126,7 +167,8 @@ impl Simulation {
     ///
     /// # Errors
     /// `State` for `Acceleration`, `BodyForce` and `Reaction` while loads or forces have changed and
-    /// were not evaluated; `Numeric` for a force that is not finite; `Memory`.
+    /// were not evaluated; `Numeric` for a force, a deformation or a stress that is not finite;
+    /// `Unsupported` for `Stress33` in 3D; `Memory`.
     pub fn get(&self, field: Field) -> Result<Vec<f64>> {
         let components = field.components(self.points.dimension());
         let mut values = memory::filled(0.0, self.points.count() * components, PURPOSE)?;

@@ -22,10 +22,9 @@ impl Simulation {
             contents.push(self.padded(field)?);
         }
         let positions = self.padded(Field::Position)?;
-        let dimension = self.points.dimension();
         let arrays = fields.iter().zip(&contents).map(|(field, values)| PointArray {
             name: field.name(),
-            components: if field.components(dimension) == 1 { 1 } else { 3 },
+            components: field.components(3),
             values,
         });
         let arrays = memory::collected(arrays, "fields")?;
@@ -45,13 +44,19 @@ impl Simulation {
         series.commit(pvd.as_ref(), self.time())
     }
 
-    /// A field in the host's order; vectors get a third component, as the file format wants.
+    /// A field in the host's order, with zeros where a body in space has numbers that a plane one has not,
+    /// as the file format wants: vectors have 3, tensors 3 rows of 3.
     fn padded(&self, field: Field) -> Result<Vec<f64>> {
-        let dimension = self.points.dimension();
-        let components = field.components(dimension);
-        let stride = if components == 1 { 1 } else { 3 };
-        let mut values = memory::filled(0.0, self.points.count() * stride, "a field")?;
+        let (dimension, count) = (self.points.dimension(), self.points.count());
+        let (width, stride) = (field.components(dimension), field.components(3));
+        let mut values = memory::filled(0.0, count * stride, "a field")?;
         self.get_strided(None, field, &mut values, stride)?;
+        if width == 4 {
+            for tensor in values.chunks_exact_mut(stride) {
+                let [xx, xy, yx, yy] = [0, 1, 2, 3].map(|place| tensor[place]);
+                tensor.copy_from_slice(&[xx, xy, 0.0, yx, yy, 0.0, 0.0, 0.0, 0.0]);
+            }
+        }
         Ok(values)
     }
 }

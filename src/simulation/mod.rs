@@ -7,6 +7,7 @@ mod balance;
 mod drive;
 mod fields;
 mod files;
+mod kinematics;
 mod setup;
 mod values;
 

@@ -4,9 +4,11 @@ use super::{LogLevel, Simulation, refuse_after_setup};
 use crate::damage::BondState;
 use crate::error::{Error, Result, argument};
 use crate::families::crack::Crack;
+use crate::formulation::{EnergyPart, Scene};
 use crate::memory;
 use crate::model::Model;
 use crate::plan::{InterfaceRequest, Plan};
+use crate::solver::time_step::StableStep;
 use crate::workers::{Workers, block_count};
 
 /// What is built once, when set-up ends.
@@ -18,10 +20,12 @@ pub(crate) struct Built {
     pub(crate) next_intact: Vec<u8>,
     /// Energy per volume that each point has lost by broken bonds, now and in the next step.
     pub(crate) dissipated: [Vec<f64>; 2],
+    /// What a sweep for forces writes aside.
+    pub(crate) scratch: Vec<f64>,
     /// Room for sums, one value a block of points.
     pub(crate) partial: Vec<f64>,
-    /// The stable step of the bonds as they were when it was last asked for.
-    pub(crate) stable_step: Option<f64>,
+    /// The stable step as it was last found.
+    pub(crate) stable_step: Option<StableStep>,
 }
 
 /// A change of bonds that the host asked for.
@@ -37,7 +41,7 @@ impl Simulation {
     ///
     /// # Errors
     /// `Argument` for an unknown set or a model that does not stand alone; `Unsupported` for another
-    /// formulation or plane state; `State` after set-up.
+    /// formulation, plane state, gradient order or divergence; `State` after set-up.
     pub fn assign_model(&mut self, set: &str, model: &Model) -> Result<()> {
         if self.built.get().is_some() {
             return refuse_after_setup("assigning a model");
@@ -54,6 +58,15 @@ impl Simulation {
         if self.points.dimension() == 2 && first.plane() != model.plane() {
             return Err(Error::Unsupported(
                 "the model's plane state differs from that of the simulation; all models share one"
+                    .into(),
+            ));
+        }
+        if first.gradient_order() != model.gradient_order()
+            || first.is_strong() != model.is_strong()
+        {
+            return Err(Error::Unsupported(
+                "the model's 'gradient_order' or 'divergence' differs from that of the simulation; all \
+                 models share both"
                     .into(),
             ));
         }
@@ -192,7 +205,7 @@ impl Simulation {
             return memory::push(&mut self.bond_requests, request, "requests");
         }
         self.close_ledger()?;
-        let before = self.strain_energy_density()?;
+        let before = self.built()?.elastic_energy_density(&self.state.current.displacement)?;
         if let Some(place) = before.iter().position(|energy| !energy.is_finite()) {
             return Err(Error::Numeric(format!(
                 "the strain energy of point {} is not finite, so that breaking its bonds cannot be \
@@ -200,14 +213,23 @@ impl Simulation {
                 self.points.order().host[place]
             )));
         }
-        let mut after = memory::filled(0.0, before.len(), "strain energy")?;
         let Self { state, built, points, .. } = self;
         let Some(built) = built.get_mut() else { return Ok(()) };
+        // Asked for before anything changes: the memory that is needed afterwards.
+        let mut after = memory::filled(0.0, before.len(), "energy")?;
+        let mut penalty = memory::filled(0.0, before.len(), "energy")?;
         let warning = built.carry_out(&request, &points.order().centre)?;
         built.stable_step = None;
         state.force_fresh = false;
         // What the bonds held is dissipated; what the host adds by raising an integrity is given.
-        built.strain_energy_density(&state.current.displacement, &mut after);
+        let Built { workers, plan, bonds, scratch, .. } = &mut *built;
+        let scene = plan.scene(workers, bonds, &state.current.displacement);
+        for (density, part) in
+            [(&mut after, EnergyPart::Strain), (&mut penalty, EnergyPart::Stabilization)]
+        {
+            plan.formulation.energy_density(&scene, scratch, density, part);
+        }
+        after.iter_mut().zip(&penalty).for_each(|(density, penalty)| *density += penalty);
         for (point, dissipated) in built.dissipated[0].iter_mut().enumerate() {
             *dissipated += (before[point] - after[point]).max(0.0);
         }
@@ -257,6 +279,7 @@ impl Simulation {
                 memory::filled(0.0, count, "dissipated energy")?,
                 memory::filled(0.0, next, "dissipated energy")?,
             ],
+            scratch: memory::filled(0.0, plan.scratch(), "forces")?,
             partial: memory::filled(0.0, block_count(count), "sums")?,
             stable_step: None,
             workers,
@@ -267,8 +290,29 @@ impl Simulation {
         if let Some(text) = isolated_points(&built.plan) {
             memory::push(&mut warnings, text, "messages")?;
         }
-        for request in &self.bond_requests {
-            if let Some(text) = built.carry_out(request, &self.points.order().centre)? {
+        // What is broken before the first step is a notch, to which the body refers; what is weakened is
+        // damage.
+        let is_notch = |request: &&BondRequest| !matches!(request, BondRequest::Weaken(..));
+        let centre = &self.points.order().centre;
+        let (notches, damage) =
+            (self.bond_requests.iter().filter(is_notch), self.bond_requests.iter());
+        for request in notches {
+            if let Some(text) = built.carry_out(request, centre)? {
+                memory::push(&mut warnings, text, "messages")?;
+            }
+        }
+        let Built { plan, workers, bonds, .. } = &mut built;
+        let Plan { dimension, places, families, formulation, .. } = plan;
+        formulation.refer_to(&Scene {
+            dimension: *dimension,
+            places,
+            families,
+            bonds: bonds.view(),
+            displacement: &[],
+            workers,
+        })?;
+        for request in damage.filter(|request| !is_notch(request)) {
+            if let Some(text) = built.carry_out(request, centre)? {
                 memory::push(&mut warnings, text, "messages")?;
             }
         }
@@ -282,10 +326,25 @@ impl Simulation {
 }
 
 impl Built {
-    /// Strain energy per volume of all points at a displacement, in the inner order.
-    pub(super) fn strain_energy_density(&self, displacement: &[f64], density: &mut [f64]) {
+    /// A part of the energy per volume of all points at a displacement, in the inner order.
+    pub(super) fn energy_density(
+        &self,
+        displacement: &[f64],
+        part: EnergyPart,
+    ) -> Result<Vec<f64>> {
         let scene = self.plan.scene(&self.workers, &self.bonds, displacement);
-        self.plan.formulation.strain_energy_density(&scene, density);
+        let mut density = memory::filled(0.0, self.plan.count(), "energy")?;
+        let mut scratch = memory::filled(0.0, self.plan.scratch(), "energy")?;
+        self.plan.formulation.energy_density(&scene, &mut scratch, &mut density, part);
+        Ok(density)
+    }
+
+    /// Elastic energy per volume, both parts.
+    pub(super) fn elastic_energy_density(&self, displacement: &[f64]) -> Result<Vec<f64>> {
+        let mut density = self.energy_density(displacement, EnergyPart::Strain)?;
+        let penalty = self.energy_density(displacement, EnergyPart::Stabilization)?;
+        density.iter_mut().zip(&penalty).for_each(|(density, penalty)| *density += penalty);
+        Ok(density)
     }
 
     /// Changes bonds as the host asked; a failure comes before any change. Gives what the host should be

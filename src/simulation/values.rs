@@ -7,6 +7,7 @@ use super::setup::Built;
 use super::{Field, Simulation};
 use crate::damage::point_damage;
 use crate::error::{Error, Result, state};
+use crate::formulation::EnergyPart;
 use crate::memory;
 use crate::state::State;
 
@@ -45,8 +46,16 @@ impl Simulation {
                 let Built { workers, plan, bonds, .. } = built;
                 point_damage(workers, &plan.families, &plan.places, bonds, values);
             })?,
-            Field::StrainEnergyDensity => Cow::Owned(self.strain_energy_density()?),
+            Field::StrainEnergyDensity => self.energy_density(EnergyPart::Strain)?,
+            Field::StabilizationEnergyDensity => self.energy_density(EnergyPart::Stabilization)?,
             Field::DissipatedEnergyDensity => Cow::Borrowed(&self.built()?.dissipated[0]),
+            Field::DeformationGradient
+            | Field::Strain
+            | Field::FirstPiolaStress
+            | Field::CauchyStress
+            | Field::Stress33
+            | Field::VonMisesStress
+            | Field::Dilatation => Cow::Owned(self.kinematics(field)?),
             Field::NeighborCount => self.per_point(|built, point| {
                 let families = &built.plan.families;
                 families.bonds(point).filter(|bond| families.owns(point, bond.length)).count()
@@ -71,6 +80,11 @@ impl Simulation {
         })
     }
 
+    fn energy_density(&self, part: EnergyPart) -> Result<Cow<'_, [f64]>> {
+        let density = self.built()?.energy_density(&self.state.current.displacement, part)?;
+        Ok(Cow::Owned(density))
+    }
+
     fn reference_positions(&self) -> Result<Vec<f64>> {
         let dimension = self.points.dimension();
         let mut positions = memory::reserved(self.points.coordinates().len(), PURPOSE)?;
@@ -88,8 +102,9 @@ impl Simulation {
         }
         let Built { workers, plan, bonds, .. } = self.built()?;
         let mut force = memory::filled(0.0, current.force.len(), PURPOSE)?;
+        let mut scratch = memory::filled(0.0, plan.scratch(), PURPOSE)?;
         let scene = plan.scene(workers, bonds, &current.displacement);
-        match plan.formulation.force(&scene, &mut force, None) {
+        match plan.formulation.force(&scene, &mut scratch, &mut force, None) {
             Some(place) => Err(Error::Numeric(format!(
                 "the force on point {} is not finite",
                 self.points.order().host[place]

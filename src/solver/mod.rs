@@ -1,3 +1,4 @@
-//! Solvers: how a state moves on.
+//! Solvers: what moves the state on.
 
+pub(crate) mod time_step;
 pub(crate) mod verlet;

@@ -25,6 +25,7 @@ pub(crate) struct VerletStep<'a> {
     pub(crate) next_intact: &'a mut [u8],
     pub(crate) dissipated: &'a [f64],
     pub(crate) next_dissipated: &'a mut [f64],
+    pub(crate) scratch: &'a mut [f64],
     pub(crate) partial: &'a mut [f64],
     pub(crate) time_step: f64,
 }
@@ -83,7 +84,7 @@ impl VerletStep<'_> {
             }
             None => None,
         };
-        self.plan.formulation.force(&scene, force, breaking).map_or(Ok(()), Err)
+        self.plan.formulation.force(&scene, self.scratch, force, breaking).map_or(Ok(()), Err)
     }
 
     /// Ends the half-kick; gives the work of the body forces.

@@ -205,6 +205,7 @@ fn page_of_keys() -> String {
     for key in &KEYS {
         let takes = match key.kind {
             Kind::Choice(choices) => format!("`{}`", choices.replace('|', "`, `")),
+            Kind::Whole { least, most } => format!("a whole number from {least} to {most}"),
             Kind::Number { above, below } if below.is_infinite() && above.is_infinite() => {
                 "a number".into()
             }

@@ -3,13 +3,13 @@
 
 #define state_of scene_state_of
 
-static const perion_field no_fields[] = {0, 13, 15, 22, 25, -1, INT32_MAX, INT32_MIN};
+static const perion_field no_fields[] = {0, 17, 25, -1, INT32_MAX, INT32_MIN};
 enum { NO_FIELDS = sizeof no_fields / sizeof no_fields[0] };
 
 static const int64_t bad_lengths[] = {0, 1, SCENE_LENGTH - 1, SCENE_LENGTH + 1, -1, INT64_MIN, INT64_MAX};
 enum { BAD_LENGTHS = sizeof bad_lengths / sizeof bad_lengths[0] };
 
-static double zeros[SCENE_LENGTH];
+static double zeros[SCENE_ROOM];
 
 static void fields_are_got_whole(perion_simulation *simulation)
 {
@@ -70,7 +70,7 @@ static void what_is_computed_cannot_be_set(perion_simulation *simulation)
 
     for (int k = 0; k < SCENE_FIELDS; ++k) {
         perion_field field = scene_fields[k];
-        int64_t length = field <= PERION_FIELD_REACTION ? SCENE_LENGTH : SCENE_COUNT;
+        int64_t length = scene_numbers(field);
         if (field == PERION_FIELD_DISPLACEMENT || field == PERION_FIELD_POSITION
             || field == PERION_FIELD_VELOCITY || field == PERION_FIELD_BODY_FORCE)
             continue;

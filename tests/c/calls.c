@@ -174,12 +174,11 @@ const int changing_call_count = sizeof changing_calls / sizeof changing_calls[0]
 
 static perion_status get(perion_simulation *simulation)
 {
-    double values[SCENE_LENGTH];
+    double values[SCENE_ROOM];
     perion_status status = PERION_OK;
 
     for (int k = 0; k < SCENE_FIELDS && status == PERION_OK; ++k) {
-        int64_t length = scene_fields[k] <= PERION_FIELD_REACTION ? SCENE_LENGTH : SCENE_COUNT;
-        status = perion_simulation_get(simulation, scene_fields[k], values, length);
+        status = perion_simulation_get(simulation, scene_fields[k], values, scene_numbers(scene_fields[k]));
     }
     return status;
 }

@@ -19,7 +19,14 @@ const perion_field scene_fields[SCENE_FIELDS] = {
     PERION_FIELD_DENSITY,
     PERION_FIELD_DAMAGE,
     PERION_FIELD_STRAIN_ENERGY_DENSITY,
+    PERION_FIELD_STABILIZATION_ENERGY_DENSITY,
     PERION_FIELD_DISSIPATED_ENERGY_DENSITY,
+    PERION_FIELD_DEFORMATION_GRADIENT,
+    PERION_FIELD_STRAIN,
+    PERION_FIELD_FIRST_PIOLA_STRESS,
+    PERION_FIELD_CAUCHY_STRESS,
+    PERION_FIELD_VON_MISES_STRESS,
+    PERION_FIELD_DILATATION,
     PERION_FIELD_NEIGHBOR_COUNT,
     PERION_FIELD_TIME_STEP_ESTIMATE,
 };
@@ -87,11 +94,23 @@ static void append(scene_state *state, const void *data, size_t bytes)
     state->bytes += bytes;
 }
 
+int64_t scene_numbers(perion_field field)
+{
+    switch (field) {
+    case PERION_FIELD_DEFORMATION_GRADIENT:
+    case PERION_FIELD_STRAIN:
+    case PERION_FIELD_FIRST_PIOLA_STRESS:
+    case PERION_FIELD_CAUCHY_STRESS:
+        return 9 * SCENE_COUNT;
+    default:
+        return field <= PERION_FIELD_REACTION ? SCENE_LENGTH : SCENE_COUNT;
+    }
+}
+
 static void append_field(scene_state *state, const perion_simulation *simulation, perion_field field)
 {
-    double values[SCENE_LENGTH] = {0.0};
-    int64_t length = field <= PERION_FIELD_REACTION ? SCENE_LENGTH : SCENE_COUNT;
-    perion_status status = perion_simulation_get(simulation, field, values, length);
+    double values[SCENE_ROOM] = {0.0};
+    perion_status status = perion_simulation_get(simulation, field, values, scene_numbers(field));
 
     append(state, &status, sizeof status);
     append(state, values, sizeof values);

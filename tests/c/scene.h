@@ -12,9 +12,15 @@
 
 enum { SCENE_COUNT = 12 * 8 * 4, SCENE_LENGTH = 3 * SCENE_COUNT, SCENE_LAYER = 8 * 4 };
 
-/* All fields of this version, for loops. */
-enum { SCENE_FIELDS = 15 };
+/* Numbers of the widest field. */
+enum { SCENE_ROOM = 9 * SCENE_COUNT };
+
+/* All fields that a body in 3D has, for loops. */
+enum { SCENE_FIELDS = 22 };
 extern const perion_field scene_fields[SCENE_FIELDS];
+
+/* How many numbers a field has. */
+int64_t scene_numbers(perion_field field);
 
 /* The points, of spacing 1, with a layer called "left" and one called "right" at the ends. */
 perion_points *scene_points(void);

@@ -40,24 +40,44 @@ static void try_key(int64_t index)
     perion_model *model = NULL;
     double value = 0.0;
 
+    const char *formulation = "";
+
     EXPECT(strlen(name) > 0 && strlen(perion_key_description(index)) > 0);
-    EXPECT_OK(perion_model_create("bond_based", &model));
+    EXPECT(choices[0] == '\0' || strstr(choices, first) != NULL);
+    /* With the first formulation that takes it; each takes some. */
+    for (int64_t k = 0; k < perion_formulation_count(); ++k) {
+        perion_status status;
+        char choice[64] = {0};
+
+        formulation = perion_formulation_name(k);
+        EXPECT_OK(perion_model_create(formulation, &model));
+        memcpy(choice, choices, strcspn(choices, "|"));
+        if (choices[0] == '\0') {
+            status = perion_model_set(model, name, first[0] != '\0' ? strtod(first, NULL) : 0.25);
+        } else {
+            status = perion_model_choose(model, name, choice);
+        }
+        EXPECT_OK(perion_model_destroy(&model));
+        if (status != PERION_ERROR_UNSUPPORTED) {
+            EXPECT_INT(status, PERION_OK);
+            break;
+        }
+        formulation = "";
+    }
+    EXPECT_OK(perion_model_create(formulation, &model));
     if (choices[0] == '\0') {
+        double given = first[0] != '\0' ? strtod(first, NULL) : 0.25;
         if (first[0] != '\0') {
             EXPECT_OK(perion_model_get(model, name, &value));
-            EXPECT_REAL(value, strtod(first, NULL));
+            EXPECT_REAL(value, given);
         } else {
             EXPECT_REFUSED(PERION_ERROR_STATE, name, perion_model_get(model, name, &value));
         }
-        EXPECT_OK(perion_model_set(model, name, 0.25));
+        EXPECT_OK(perion_model_set(model, name, given));
         EXPECT_OK(perion_model_get(model, name, &value));
-        EXPECT_REAL(value, 0.25);
-    } else if (strcmp(name, "influence") != 0) {
-        char choice[64] = {0};
-        memcpy(choice, choices, strcspn(choices, "|"));
-        EXPECT_OK(perion_model_choose(model, name, choice));
+        EXPECT_REAL(value, given);
+    } else {
         EXPECT_OK(perion_model_choose(model, name, strrchr(choices, '|') + 1));
-        EXPECT(strstr(choices, first) != NULL);
     }
     EXPECT_OK(perion_model_destroy(&model));
 }

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-static double values[SCENE_LENGTH], again[SCENE_LENGTH];
+static double values[SCENE_LENGTH], again[SCENE_LENGTH], room[SCENE_ROOM];
 
 static void fill_with_places(double *field, double scale)
 {
@@ -39,11 +39,11 @@ static void every_field_is_known_after_an_evaluation(void)
     EXPECT_OK(perion_simulation_step(simulation, scene_time_step, 12));
     EXPECT_OK(perion_simulation_evaluate(simulation));
     for (int k = 0; k < SCENE_FIELDS; ++k) {
-        int64_t length = scene_fields[k] <= PERION_FIELD_REACTION ? SCENE_LENGTH : SCENE_COUNT;
+        int64_t length = scene_numbers(scene_fields[k]);
         int finite = 1;
-        EXPECT_OK(perion_simulation_get(simulation, scene_fields[k], values, length));
+        EXPECT_OK(perion_simulation_get(simulation, scene_fields[k], room, length));
         for (int64_t place = 0; place < length; ++place)
-            finite &= values[place] - values[place] == 0.0;
+            finite &= room[place] - room[place] == 0.0;
         EXPECT(finite);
     }
     EXPECT_OK(perion_simulation_destroy(&simulation));
@@ -73,6 +73,43 @@ static void strides_leave_what_is_between_alone(void)
     EXPECT(memcmp(values, again, sizeof values) == 0);
     EXPECT_OK(perion_simulation_set_strided(simulation, NULL, PERION_FIELD_DISPLACEMENT, values,
                                             SCENE_COUNT, 3));
+    EXPECT_OK(perion_simulation_destroy(&simulation));
+}
+
+/* A shear of x by y: row 0, column 1 of F, whole, of a set with a stride, and summed. */
+static void tensors_lie_row_after_row(void)
+{
+    double layer[10 * SCENE_LAYER], sum[9];
+    perion_simulation *simulation = scene_simulation();
+
+    EXPECT_OK(perion_simulation_get(simulation, PERION_FIELD_POSITION, values, SCENE_LENGTH));
+    for (int k = 0; k < SCENE_LENGTH; ++k)
+        again[k] = k % 3 == 0 ? 0.0625 * values[k + 1] : 0.0;
+    EXPECT_OK(perion_simulation_set(simulation, PERION_FIELD_DISPLACEMENT, again, SCENE_LENGTH));
+    EXPECT_OK(perion_simulation_get(simulation, PERION_FIELD_DEFORMATION_GRADIENT, room, SCENE_ROOM));
+    for (int k = 0; k < SCENE_ROOM; ++k) {
+        double expected = k % 9 == 1 ? 0.0625 : k % 9 % 4 == 0 ? 1.0 : 0.0;
+        EXPECT(fabs(room[k] - expected) < 1e-13);
+    }
+    for (int k = 0; k < 10 * SCENE_LAYER; ++k)
+        layer[k] = -7.0;
+    EXPECT_OK(perion_simulation_get_strided(simulation, "left", PERION_FIELD_STRAIN, layer, SCENE_LAYER,
+                                            10));
+    for (int k = 0; k < SCENE_LAYER; ++k) {
+        EXPECT(fabs(layer[10 * k + 1] - 0.03125) < 1e-13 && fabs(layer[10 * k + 3] - 0.03125) < 1e-13);
+        EXPECT_REAL(layer[10 * k + 9], -7.0);
+    }
+    EXPECT_OK(perion_simulation_sum(simulation, PERION_FIELD_DEFORMATION_GRADIENT, "left", sum));
+    EXPECT(fabs(sum[1] - 0.0625 * SCENE_LAYER) < 1e-11 && fabs(sum[3]) < 1e-11);
+    EXPECT_REFUSED(PERION_ERROR_UNSUPPORTED, "stress_33",
+                   perion_simulation_get(simulation, PERION_FIELD_STRESS_33, values, SCENE_COUNT));
+    EXPECT_REFUSED(PERION_ERROR_UNSUPPORTED, "stress_33",
+                   perion_simulation_sum(simulation, PERION_FIELD_STRESS_33, NULL, sum));
+    EXPECT_REFUSED(PERION_ERROR_ARGUMENT, "length",
+                   perion_simulation_get(simulation, PERION_FIELD_STRAIN, room, SCENE_LENGTH));
+    EXPECT_REFUSED(PERION_ERROR_ARGUMENT, "stride",
+                   perion_simulation_get_strided(simulation, "left", PERION_FIELD_STRAIN, layer,
+                                                 SCENE_LAYER, 8));
     EXPECT_OK(perion_simulation_destroy(&simulation));
 }
 
@@ -192,6 +229,7 @@ int main(void)
     what_is_set_can_be_got();
     every_field_is_known_after_an_evaluation();
     strides_leave_what_is_between_alone();
+    tensors_lie_row_after_row();
     sums_run_over_sets();
     a_view_is_the_librarys_own_memory();
     a_view_does_what_set_does();

@@ -39,6 +39,7 @@ static void every_field_can_be_written(void)
                                           scene_fields));
     EXPECT(file_has("all.vtu", "NumberOfPoints=\"384\""));
     EXPECT(file_has("all.vtu", "Name=\"time_step_estimate\""));
+    EXPECT(file_has("all.vtu", "Name=\"cauchy_stress\" NumberOfComponents=\"9\""));
     EXPECT_OK(perion_simulation_write_vtk(simulation, in_directory("none.vtu"), 0, NULL));
     EXPECT(file_has("none.vtu", "NumberOfPoints=\"384\""));
     EXPECT(!file_has("none.vtu", "damage"));

@@ -125,7 +125,7 @@ static void set_up(perion_simulation *simulation, expected *own)
 
 static void look_at_everything(perion_simulation *simulation)
 {
-    static double values[SCENE_LENGTH];
+    static double values[SCENE_ROOM];
     static const perion_field some[] = {PERION_FIELD_DAMAGE, PERION_FIELD_TIME_STEP_ESTIMATE};
     perion_energy energy;
     perion_health health;
@@ -139,8 +139,7 @@ static void look_at_everything(perion_simulation *simulation)
     perion_memory_init(&memory, sizeof(perion_memory));
     perion_view_init(&view, sizeof(perion_view));
     for (int k = 0; k < SCENE_FIELDS; ++k) {
-        int64_t length = scene_fields[k] <= PERION_FIELD_REACTION ? SCENE_LENGTH : SCENE_COUNT;
-        KEEPS(perion_simulation_get(simulation, scene_fields[k], values, length));
+        KEEPS(perion_simulation_get(simulation, scene_fields[k], values, scene_numbers(scene_fields[k])));
     }
     KEEPS(perion_simulation_energy(simulation, &energy));
     KEEPS(perion_simulation_health(simulation, &health));

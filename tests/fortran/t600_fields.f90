@@ -16,8 +16,12 @@ module fields_tests
       PERION_FIELD_REACTION]
   integer(c_int32_t), parameter :: scalars(*) = [PERION_FIELD_VOLUME, PERION_FIELD_DENSITY, &
       PERION_FIELD_DAMAGE, PERION_FIELD_STRAIN_ENERGY_DENSITY, &
+      PERION_FIELD_STABILIZATION_ENERGY_DENSITY, &
       PERION_FIELD_DISSIPATED_ENERGY_DENSITY, PERION_FIELD_NEIGHBOR_COUNT, &
-      PERION_FIELD_TIME_STEP_ESTIMATE]
+      PERION_FIELD_TIME_STEP_ESTIMATE, PERION_FIELD_VON_MISES_STRESS, PERION_FIELD_STRESS_33, &
+      PERION_FIELD_DILATATION]
+  integer(c_int32_t), parameter :: tensors(*) = [PERION_FIELD_DEFORMATION_GRADIENT, &
+      PERION_FIELD_STRAIN, PERION_FIELD_FIRST_PIOLA_STRESS, PERION_FIELD_CAUCHY_STRESS]
 
 contains
 
@@ -26,6 +30,7 @@ contains
     call run(file, 'sections of a host''s array take and give a field', sections)
     call run(file, 'a set is read and written in its own order', fields_of_sets)
     call run(file, 'sums are those of the points', sums)
+    call run(file, 'tensors have row and column as on paper', tensors_of_a_shear)
     call run(file, 'every field can be asked for after a step', every_field)
     call run(file, 'no field takes the shape of another', shapes)
     call run(file, 'nonsense is refused and changes nothing', nonsense_is_refused)
@@ -134,8 +139,44 @@ contains
     call simulation%destroy()
   end subroutine sums
 
+  !> A shear of x by y: row 1, column 2 of F.
+  subroutine tensors_of_a_shear()
+    real(c_double) :: place(2, plate_count), gradient(2, 2, plate_count), expected(2, 2), sum(2, 2)
+    real(c_double) :: host(3, 4, 2 * rows)
+    type(perion_simulation) :: simulation
+    type(perion_error), allocatable :: error
+    integer :: point
+
+    call make_plate(simulation, brittle=.false.)
+    call simulation%get(PERION_FIELD_REFERENCE_POSITION, place)
+    place(1, :) = 0.0625d0 * place(2, :)
+    place(2, :) = 0
+    call simulation%set(PERION_FIELD_DISPLACEMENT, place)
+    expected = reshape([1d0, 0d0, 0.0625d0, 1d0], [2, 2])
+    call simulation%get(PERION_FIELD_DEFORMATION_GRADIENT, gradient)
+    do point = 1, plate_count
+      call assert(all(abs(gradient(:, :, point) - expected) < 1d-13), 'F is not that of the shear')
+    end do
+    host = -77
+    call simulation%get(PERION_FIELD_DEFORMATION_GRADIENT, host(3:1:-2, 2:3, ::2), set='right')
+    call assert(all(abs(host(3, 3, ::2) - 0.0625d0) < 1d-13) .and. all(abs(host(1, 2, ::2)) < 1d-13), &
+        'F is not in the section')
+    call assert(all(same_bits(host(2, :, :), -77d0)) .and. all(same_bits(host(:, :, 2::2), -77d0)), &
+        'what lies between was touched')
+    call simulation%sum(PERION_FIELD_DEFORMATION_GRADIENT, sum, set='right')
+    call assert(all(abs(sum - rows * expected) < 1d-11), 'the sum is not that of the points')
+    call simulation%get(PERION_FIELD_STRAIN, gradient(:, :, 2:), error=error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, &
+        "'values' has the shape (2,2,143); field 16 needs (2,2,144)")
+    call simulation%get(PERION_FIELD_STRAIN, gradient(:, :1, :rows), 'right', error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, 'shape (2,1,9); field 16 needs (2,2,count)')
+    call simulation%sum(PERION_FIELD_STRAIN, sum(:, :1), error=error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, 'adds up to 4')
+    call simulation%destroy()
+  end subroutine tensors_of_a_shear
+
   subroutine every_field()
-    real(c_double) :: vector(2, plate_count), scalar(plate_count)
+    real(c_double) :: vector(2, plate_count), scalar(plate_count), tensor(2, 2, plate_count)
     type(perion_simulation) :: simulation
     integer :: k
 
@@ -150,17 +191,25 @@ contains
     do k = 1, size(scalars)
       scalar = huge(scalar)
       call simulation%get(scalars(k), scalar)
-      call assert(all(scalar >= 0 .and. scalar < 100), 'a scalar is too large, or was not filled')
+      call assert(all(abs(scalar) < 100), 'a scalar is too large, or was not filled')
+      call assert(all(scalar >= 0) .or. scalars(k) == PERION_FIELD_STRESS_33 .or. &
+          scalars(k) == PERION_FIELD_DILATATION, 'a scalar is negative')
       if (scalars(k) == PERION_FIELD_DAMAGE) then
         call assert(any(scalar > 0) .and. all(scalar <= 1), 'damage lies between 0 and 1')
       end if
+    end do
+    do k = 1, size(tensors)
+      tensor = huge(tensor)
+      call simulation%get(tensors(k), tensor)
+      call assert(all(abs(tensor) < 100), 'a tensor is too large, or was not filled')
     end do
     call simulation%destroy()
   end subroutine every_field
 
   !> All numbers that fields have or may get: each is known here, or refused by the library.
   subroutine shapes()
-    real(c_double) :: vector(2, plate_count), scalar(plate_count), two(2), one
+    real(c_double) :: vector(2, plate_count), scalar(plate_count), tensor(2, 2, plate_count)
+    real(c_double) :: four(2, 2), two(2), one
     type(perion_simulation) :: simulation
     type(perion_error), allocatable :: error
     integer(c_int32_t) :: field
@@ -169,6 +218,7 @@ contains
     call simulation%evaluate()
     vector = -7
     scalar = -7
+    tensor = -7
     do field = 0, 100
       if (any(field == vectors)) then
         call simulation%get(field, scalar, error=error)
@@ -176,7 +226,25 @@ contains
         call simulation%sum(field, one, error=error)
         call assert_fails(error, PERION_ERROR_ARGUMENT, 'adds up to 2')
         call simulation%sum(field, two)
+        call simulation%get(field, tensor, error=error)
+        call assert_fails(error, PERION_ERROR_ARGUMENT, 'shape (2,2,144)')
+        call simulation%sum(field, four, error=error)
+        call assert_fails(error, PERION_ERROR_ARGUMENT, 'adds up to 2')
+      else if (any(field == tensors)) then
+        call simulation%get(field, scalar, error=error)
+        call assert_fails(error, PERION_ERROR_ARGUMENT, 'needs (2,2,144)')
+        call simulation%get(field, vector, error=error)
+        call assert_fails(error, PERION_ERROR_ARGUMENT, 'needs (2,2,144)')
+        call simulation%sum(field, one, error=error)
+        call assert_fails(error, PERION_ERROR_ARGUMENT, 'adds up to 4')
+        call simulation%sum(field, two, error=error)
+        call assert_fails(error, PERION_ERROR_ARGUMENT, 'adds up to 4')
+        call simulation%sum(field, four)
       else if (any(field == scalars)) then
+        call simulation%get(field, tensor, error=error)
+        call assert_fails(error, PERION_ERROR_ARGUMENT, 'needs (144)')
+        call simulation%sum(field, four, error=error)
+        call assert_fails(error, PERION_ERROR_ARGUMENT, 'adds up to 1')
         call simulation%get(field, vector, error=error)
         call assert_fails(error, PERION_ERROR_ARGUMENT, 'needs (144)')
         call simulation%sum(field, two, error=error)
@@ -187,14 +255,18 @@ contains
         call assert_fails(error, PERION_ERROR_ARGUMENT, "'field' is")
         call simulation%get(field, vector, error=error)
         call assert_fails(error, PERION_ERROR_ARGUMENT, "'field' is")
+        call simulation%get(field, tensor, error=error)
+        call assert_fails(error, PERION_ERROR_ARGUMENT, "'field' is")
+        call simulation%sum(field, four, error=error)
+        call assert_fails(error, PERION_ERROR_ARGUMENT, "'field' is")
         call simulation%sum(field, one, error=error)
         call assert_fails(error, PERION_ERROR_ARGUMENT, "'field' is")
         call simulation%sum(field, two, error=error)
         call assert_fails(error, PERION_ERROR_ARGUMENT, "'field' is")
       end if
     end do
-    call assert(all(same_bits(vector, -7d0)) .and. all(same_bits(scalar, -7d0)), &
-        'a refused call has written its output')
+    call assert(all(same_bits(vector, -7d0)) .and. all(same_bits(scalar, -7d0)) .and. &
+        all(same_bits(tensor, -7d0)), 'a refused call has written its output')
     call simulation%destroy()
   end subroutine shapes
 

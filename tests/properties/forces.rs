@@ -8,18 +8,18 @@ use crate::random::{Random, cases};
 use crate::scene::{Scene, bodies};
 
 /// The cross product of two vectors of 2 or 3 components.
-fn cross(a: &[f64], b: &[f64]) -> [f64; 3] {
+pub fn cross(a: &[f64], b: &[f64]) -> [f64; 3] {
     let pad = |v: &[f64]| [v[0], v[1], v.get(2).copied().unwrap_or(0.0)];
     let (a, b) = (pad(a), pad(b));
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-fn norm(v: &[f64]) -> f64 {
+pub fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// V_i b_i, point after point.
-fn forces(simulation: &Simulation) -> Vec<f64> {
+pub fn forces(simulation: &Simulation) -> Vec<f64> {
     let volumes = simulation.get(Field::Volume).unwrap();
     let dimension = simulation.points().dimension();
     let mut forces = simulation.get(Field::InternalForce).unwrap();

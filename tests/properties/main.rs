@@ -17,6 +17,7 @@ mod cracks;
 mod energy;
 mod failure;
 mod forces;
+mod formulations;
 mod hosts;
 mod isolated;
 mod random;

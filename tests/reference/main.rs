@@ -11,7 +11,9 @@
 
 mod constants;
 mod data;
+mod formulations;
 mod influence;
+mod kinematics;
 mod mechanics;
 mod motion;
 mod order;

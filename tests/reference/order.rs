@@ -45,7 +45,7 @@ fn shuffled_points_get_the_same_bits_of_every_field() {
         let mut body = reference.body();
         body.evaluate().unwrap();
         other.evaluate().unwrap();
-        for field in Field::ALL {
+        for field in Field::ALL.into_iter().filter(|it| it.is_defined(reference.dimension())) {
             let expected = reordered(&body.get(field).unwrap(), &order);
             assert_eq!(other.get(field).unwrap(), expected, "{name}: {}", field.name());
             let (one, two) = (body.sum(field, None), other.sum(field, None));
@@ -71,7 +71,7 @@ fn shuffled_points_break_and_move_the_same() {
         body
     };
     let (body, other) = (run(&unchanged), run(&order));
-    for field in Field::ALL {
+    for field in Field::ALL.into_iter().filter(|it| it.is_defined(reference.dimension())) {
         let expected = reordered(&body.get(field).unwrap(), &order);
         assert_eq!(other.get(field).unwrap(), expected, "{}", field.name());
     }

@@ -51,6 +51,12 @@ pub struct perion_health {
     /// smallest stretch of a bond that is not broken, 0 when none is compressed; below about -0.3 bonds
     /// are on their way to collapse, and the stable step promises nothing
     pub smallest_stretch: f64,
+    /// points with bonds whose families do not span the body (a plate one point thick, a chain, a family
+    /// thinned by broken bonds) or do not bear the gradient_order asked for: the material is asked in the
+    /// directions spanned alone, without stress across, and the gradient is of first order
+    pub degenerate_points: i64,
+    /// the first of them, -1 for none
+    pub first_degenerate_point: i64,
 }
 
 /// Heap bytes that a simulation holds. Let perion_memory_init set struct_size.
@@ -127,8 +133,8 @@ pub unsafe extern "C" fn perion_simulation_energy(
     })
 }
 
-/// What to look at before trusting a result: isolated and detached points, broken bonds, time step,
-/// compressed bonds. Costs a sweep over the bonds; ends set-up.
+/// What to look at before trusting a result: isolated, detached and degenerate points, broken bonds, time
+/// step, compressed bonds. Costs a sweep over the bonds; ends set-up.
 ///
 /// ERROR_ARGUMENT: struct_size not set, the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
@@ -152,6 +158,8 @@ pub unsafe extern "C" fn perion_simulation_health(
                 broken_bonds: known.broken_bonds as i64,
                 time_step_ratio: known.time_step_ratio,
                 smallest_stretch: known.smallest_stretch,
+                degenerate_points: known.degenerate.count as i64,
+                first_degenerate_point: first(known.degenerate),
             };
             sized::write(health, &value, "health")
         }

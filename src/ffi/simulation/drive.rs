@@ -71,11 +71,14 @@ pub unsafe extern "C" fn perion_simulation_commit(
     })
 }
 
-/// A time step at which step() is stable whatever bonds break or stretch; the true limit may be up to
-/// twice as large. It promises nothing for bonds pressed to a fraction of their length: see
-/// smallest_stretch of perion_health. DBL_MAX where no bond acts. Leaves the state as it is; ends set-up.
+/// A time step at which step() is stable. For bond_based whatever bonds break or stretch; the true limit may
+/// be up to twice as large. For the other formulations about 2.5 % below the limit at the current
+/// displacement, found anew at each call at the cost of sixty forces: ask again as bonds break or strains
+/// grow. It promises nothing for bonds pressed to a fraction of their length: see smallest_stretch of
+/// perion_health. DBL_MAX where no bond acts. Leaves the state as it is; ends set-up.
 ///
-/// ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_MEMORY. Since 0.1.
+/// ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_NUMERIC: forces at the current displacement are
+/// not finite. ERROR_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn perion_simulation_stable_time_step(
     simulation: *mut perion_simulation,

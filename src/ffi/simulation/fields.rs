@@ -12,8 +12,9 @@ use crate::ffi::guard::{Failure, guard};
 use crate::ffi::status::perion_status;
 use crate::simulation::{Field, Simulation};
 
-/// A quantity that every point has. Vectors have one number an axis; all others have one. Numbers that are
-/// missing are kept for fields to come.
+/// A quantity that every point has. Vectors have one number an axis, tensors one a pair of axes, row after
+/// row (component i, j of a point is its number dimension * i + j, counted from 0); all others have one.
+/// Numbers that are missing are kept for fields to come.
 #[allow(non_camel_case_types)]
 pub type perion_field = i32;
 /// Position in the reference configuration, a length; a vector.
@@ -41,15 +42,37 @@ pub const PERION_FIELD_DENSITY: perion_field = 10;
 pub const PERION_FIELD_DAMAGE: perion_field = 11;
 /// Energy of the bonds per reference volume.
 pub const PERION_FIELD_STRAIN_ENERGY_DENSITY: perion_field = 12;
+/// Energy per reference volume of the penalty on what the material does not see.
+pub const PERION_FIELD_STABILIZATION_ENERGY_DENSITY: perion_field = 13;
 /// Energy that broken bonds held, per reference volume.
 pub const PERION_FIELD_DISSIPATED_ENERGY_DENSITY: perion_field = 14;
+/// Deformation gradient F_ij = dx_i/dX_j; a tensor. Where the bonds of a point do not span the body, what they
+/// leave out turns with them and thins freely.
+pub const PERION_FIELD_DEFORMATION_GRADIENT: perion_field = 15;
+/// Green-Lagrange strain (F^T F - I)/2; a tensor.
+pub const PERION_FIELD_STRAIN: perion_field = 16;
+/// First Piola-Kirchhoff stress P_ij, the force in axis i on the reference area across axis j; a tensor.
+/// correspondence: that of the material at F, without the penalty of the stabilised forms.
+/// bond_associated_quadrature: the mean over the bonds. The others: the virial or areal stress
+/// 1/2 sum (t_ij - t_ji) (x) xi V_j, too small where a surface or a crack cuts the family.
+pub const PERION_FIELD_FIRST_PIOLA_STRESS: perion_field = 18;
+/// Cauchy stress P F^T/J of the two above, J with the thickness in plane stress; a tensor. Symmetric where P
+/// is of a material at F, else as nearly as bonds deform alike.
+pub const PERION_FIELD_CAUCHY_STRESS: perion_field = 19;
+/// Cauchy stress across a 2D body: 0 in plane stress. ERROR_UNSUPPORTED in 3D.
+pub const PERION_FIELD_STRESS_33: perion_field = 20;
+/// Von Mises stress of the Cauchy stress, with that across a 2D body.
+pub const PERION_FIELD_VON_MISES_STRESS: perion_field = 21;
+/// Change of volume per volume, in 2D of area per area: theta of ordinary_state_based and madenci_oterkus, for
+/// the others det F - 1.
+pub const PERION_FIELD_DILATATION: perion_field = 22;
 /// Number of points within the point's own horizon.
 pub const PERION_FIELD_NEIGHBOR_COUNT: perion_field = 23;
 /// Time step by the usual formula, a time; not a bound.
 pub const PERION_FIELD_TIME_STEP_ESTIMATE: perion_field = 24;
 
 /// The constants of [`Field::ALL`].
-const NUMBERS: [perion_field; 15] = [
+const NUMBERS: [perion_field; 23] = [
     PERION_FIELD_REFERENCE_POSITION,
     PERION_FIELD_POSITION,
     PERION_FIELD_DISPLACEMENT,
@@ -62,7 +85,15 @@ const NUMBERS: [perion_field; 15] = [
     PERION_FIELD_DENSITY,
     PERION_FIELD_DAMAGE,
     PERION_FIELD_STRAIN_ENERGY_DENSITY,
+    PERION_FIELD_STABILIZATION_ENERGY_DENSITY,
     PERION_FIELD_DISSIPATED_ENERGY_DENSITY,
+    PERION_FIELD_DEFORMATION_GRADIENT,
+    PERION_FIELD_STRAIN,
+    PERION_FIELD_FIRST_PIOLA_STRESS,
+    PERION_FIELD_CAUCHY_STRESS,
+    PERION_FIELD_STRESS_33,
+    PERION_FIELD_VON_MISES_STRESS,
+    PERION_FIELD_DILATATION,
     PERION_FIELD_NEIGHBOR_COUNT,
     PERION_FIELD_TIME_STEP_ESTIMATE,
 ];
@@ -119,11 +150,12 @@ fn strided(
 }
 
 /// Copies a field of all points to the host, point after point in the host's order. length: number of
-/// points, times the dimension for vectors. Derived fields are computed when asked for.
+/// points, times the dimension for vectors and its square for tensors, which lie row after row as an array
+/// [count][dimension][dimension] does. Derived fields are computed when asked for.
 ///
 /// ERROR_ARGUMENT: unknown field, another length. ERROR_STATE: ACCELERATION, REACTION or BODY_FORCE of
-/// conditions after a change of state or conditions; evaluate first. ERROR_NUMERIC: a force that is not
-/// finite. ERROR_MEMORY. Since 0.1.
+/// conditions after a change of state or conditions; evaluate first. ERROR_NUMERIC: a force, deformation or
+/// stress that is not finite. ERROR_UNSUPPORTED: STRESS_33 in 3D. ERROR_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn perion_simulation_get(
     simulation: *const perion_simulation,
@@ -251,8 +283,8 @@ pub unsafe extern "C" fn perion_simulation_set_strided(
     })
 }
 
-/// Sums a field over a set (NULL: all points), into `dimension` numbers for vectors, else one. A
-/// force-displacement curve is the sum of REACTION over the held end, step by step.
+/// Sums a field over a set (NULL: all points), into `dimension` numbers for vectors, their square
+/// for tensors, else one. A force-displacement curve is the sum of REACTION over the held end, step by step.
 ///
 /// ERROR_ARGUMENT: unknown field or set; otherwise as perion_simulation_get. Since 0.1.
 #[unsafe(no_mangle)]

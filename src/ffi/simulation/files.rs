@@ -9,7 +9,8 @@ use crate::ffi::guard::guard;
 use crate::ffi::status::perion_status;
 
 /// Writes the current positions and `field_count` fields as a .vtu file for ParaView; an older file is
-/// replaced as a whole, or kept when this fails.
+/// replaced as a whole, or kept when this fails. Vectors have 3 numbers and tensors 9, row after row; what a
+/// 2D body does not have of them is 0.
 ///
 /// ERROR_IO: it cannot be written. ERROR_ARGUMENT: unknown field, or one named twice; otherwise as
 /// perion_simulation_get. Since 0.1.

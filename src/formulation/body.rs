@@ -1,0 +1,168 @@
+//! Weighted families: what the passes of the state-based formulations go over.
+
+use super::{Materials, Scene};
+use crate::error::Result;
+use crate::families::Property;
+use crate::memory;
+use crate::model::Influence;
+use crate::tensor::Vector;
+
+/// What follows from each point's model.
+pub(super) struct ByModel<T> {
+    values: Vec<T>,
+    /// Number of each point's model; empty when there is only one.
+    model_of: Vec<u16>,
+}
+
+impl<T> ByModel<T> {
+    pub(super) fn new(
+        materials: &Materials<'_>,
+        value: impl Fn(&crate::model::Model) -> Result<T>,
+    ) -> Result<Self> {
+        let mut values = memory::reserved(materials.models.len(), "materials")?;
+        for model in materials.models {
+            values.push(value(model)?);
+        }
+        Ok(Self { values, model_of: memory::copied(materials.model_of, "materials")? })
+    }
+
+    #[inline(always)]
+    pub(super) fn at(&self, point: usize) -> &T {
+        &self.values[self.model_of.get(point).map_or(0, |&number| number as usize)]
+    }
+
+    /// The value, if all points share it.
+    pub(super) fn only(&self) -> Option<&T> {
+        match &self.values[..] {
+            [value] => Some(value),
+            _ => None,
+        }
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        memory::bytes(&self.values) + memory::bytes(&self.model_of)
+    }
+}
+
+/// How much bonds count in the families of their ends: w = omega(L) d, and with it beta where the surface
+/// is corrected.
+pub(super) struct Weights {
+    influence: ByModel<Influence>,
+    pub(super) horizons: Property,
+    /// Correction of each lane, both ends alike.
+    pub(super) correction: Option<Vec<f64>>,
+    dimension: usize,
+}
+
+impl Weights {
+    /// Weights of the models' own influence functions.
+    pub(super) fn new(materials: &Materials<'_>) -> Result<Self> {
+        Self::with(materials, |model| Ok(model.influence()))
+    }
+
+    pub(super) fn with(
+        materials: &Materials<'_>,
+        influence: impl Fn(&crate::model::Model) -> Result<Influence>,
+    ) -> Result<Self> {
+        let horizons = match materials.horizons {
+            Property::Uniform(horizon) => Property::Uniform(*horizon),
+            Property::PerPoint(values) => Property::PerPoint(memory::copied(values, "horizons")?),
+        };
+        Ok(Self {
+            influence: ByModel::new(materials, influence)?,
+            horizons,
+            correction: None,
+            dimension: materials.dimension,
+        })
+    }
+
+    /// omega of a point's family at a length.
+    #[inline(always)]
+    fn value(&self, point: usize, length: f64) -> f64 {
+        self.influence.at(point).value(self.dimension, length, self.horizons.at(point))
+    }
+
+    /// Whether both ends give a bond the same weight.
+    fn are_shared(&self) -> bool {
+        self.influence.only().is_some() && matches!(self.horizons, Property::Uniform(_))
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.influence.bytes()
+            + self.horizons.bytes()
+            + self.correction.as_ref().map_or(0, memory::bytes)
+    }
+}
+
+/// A bond that is not broken, as seen from one of its ends.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Link<const D: usize> {
+    pub(super) slot: usize,
+    pub(super) neighbor: usize,
+    pub(super) length: f64,
+    /// xi
+    pub(super) reference: Vector<D>,
+    /// eta - xi
+    pub(super) moved: Vector<D>,
+    /// V_j
+    pub(super) volume: f64,
+    /// w_ij, 0 where j is beyond the point's own horizon.
+    pub(super) own: f64,
+    /// w_ji, 0 where the point is beyond the neighbour's horizon.
+    pub(super) other: f64,
+}
+
+impl<const D: usize> Link<D> {
+    /// eta
+    #[inline(always)]
+    pub(super) fn deformed(&self) -> Vector<D> {
+        std::array::from_fn(|axis| self.reference[axis] + self.moved[axis])
+    }
+}
+
+/// A scene with its weights.
+#[derive(Clone, Copy)]
+pub(super) struct Body<'a, const D: usize> {
+    pub(super) scene: &'a Scene<'a>,
+    pub(super) weights: &'a Weights,
+    shifts: &'a [Vector<D>],
+    shared: bool,
+}
+
+impl<'a, const D: usize> Body<'a, D> {
+    pub(super) fn new(scene: &'a Scene<'a>, weights: &'a Weights) -> Self {
+        let (shifts, _) = scene.displacement.as_chunks();
+        Self { scene, weights, shifts, shared: weights.are_shared() }
+    }
+
+    /// The bonds of a point that are not broken.
+    #[inline(always)]
+    pub(super) fn links(&self, point: usize) -> impl Iterator<Item = Link<D>> + use<'a, D> {
+        let Self { scene, weights, shifts, shared } = *self;
+        let (place, shift) = (&scene.places[point], &shifts[point]);
+        let intact = move |slot| scene.bonds.is_intact(slot);
+        scene.families.bonds(point).filter(move |bond| intact(bond.slot)).map(move |bond| {
+            let (there, moved) = (&scene.places[bond.neighbor], &shifts[bond.neighbor]);
+            let integrity = scene.bonds.integrity.map_or(1.0, |values| values[bond.slot]);
+            let correction = weights.correction.as_ref().map_or(1.0, |values| values[bond.slot]);
+            let weight = |point: usize| {
+                if scene.families.owns(point, bond.length) {
+                    weights.value(point, bond.length) * integrity * correction
+                } else {
+                    0.0
+                }
+            };
+            let own = weight(point);
+            Link {
+                slot: bond.slot,
+                neighbor: bond.neighbor,
+                length: bond.length,
+                reference: std::array::from_fn(|axis| there[axis] - place[axis]),
+                moved: std::array::from_fn(|axis| moved[axis] - shift[axis]),
+                volume: there[3],
+                own,
+                other: if shared { own } else { weight(bond.neighbor) },
+            }
+        })
+    }
+}

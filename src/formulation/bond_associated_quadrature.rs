@@ -1,0 +1,330 @@
+//! Bond-associated quadrature points (BAQP): the material law at the middle of each bond. [P 4.21-4.35]
+//!
+//! F_ij = (F_i + F_j)/2 (I - n n^T) + eta xi^T/L^2, so that F_ij xi = eta, E = sum V_i sum V_j wbar_ij W(F_ij)
+//! with wbar_ij = (w_ij/omega0_i + w_ji/omega0_j)/2, omega0 = sum w V;
+//! t_ij = wbar_ij P_ij xi/L^2 + Z_i G_ij, Z_i = sum wbar P_ij (I - n n^T) V_j.
+//!
+//! Where the families of both ends span the same directions, the bond is asked in these. Where they do not,
+//! an end that spans less gives no gradient and the other stands for both; where neither spans the
+//! body, the bond is a string.
+//!
+//! The stress that is shown of a point is the mean of those of its bonds, sum (w/omega0_i) P_ij V_j; with F_i it
+//! makes the Cauchy stress.
+
+use super::body::{Body, ByModel, Link, Weights};
+use super::constants;
+use super::correspondence::{add, gradient_at};
+use super::gradient::{MOST, monomials, width};
+use super::state_based::{Passes, StateBased};
+use super::{Formulation, FormulationEntry, Kinematics, Materials};
+use crate::error::Result;
+use crate::material::{Across, Answer, Deformation, Law};
+use crate::model::Model;
+use crate::tensor::{Tensor, Vector, add_outer, applied, difference, product, scaled, sum, zero};
+use std::f64::consts::PI;
+
+pub(super) const ENTRY: FormulationEntry = FormulationEntry {
+    name: "bond_associated_quadrature",
+    description: "bond-associated quadrature points (BAQP): a material law at the middle of each bond",
+    refused_keys: &[
+        "silling_coefficient",
+        "surface_correction",
+        "bond_horizon",
+        "force_form",
+        "operator_bonds",
+        "divergence",
+    ],
+    check: constants::check_law,
+    critical_stretch,
+    prepare,
+};
+
+/// G = 9 pi K s^2 int omega xi^3 with omega normalised over the ball; in 2D by the energy (D kappa s^2) D/2
+/// that a bond's share of the disc holds.
+fn critical_stretch(model: &Model, dimension: usize, horizon: f64, rate: f64) -> Result<f64> {
+    let influence = model.influence();
+    let kappa = constants::bulk_modulus(model, dimension)?;
+    let moment = |power: i32| {
+        constants::integral(|q| influence.value(dimension, q * horizon, horizon) * q.powi(power))
+    };
+    let per_square = if dimension == 3 {
+        9.0 * PI * kappa * horizon * moment(3) / (4.0 * PI * moment(2))
+    } else {
+        8.0 * kappa * horizon * moment(2) / (2.0 * PI * moment(1))
+    };
+    Ok((rate / per_square).sqrt())
+}
+
+struct Baqp {
+    weights: Weights,
+    laws: ByModel<Law>,
+    order: usize,
+}
+
+fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
+    let baqp = Baqp {
+        weights: Weights::new(materials)?,
+        laws: ByModel::new(materials, |model| Law::new(model, materials.dimension))?,
+        order: materials.models[0].gradient_order(),
+    };
+    Ok(Box::new(StateBased::new(materials, baqp)?))
+}
+
+/// What the first pass leaves of a point.
+struct Left<'a> {
+    numbers: &'a [f64],
+    dimension: usize,
+}
+
+impl Left<'_> {
+    /// 1/omega0, 0 without a family.
+    fn weight(&self) -> f64 {
+        self.numbers[0]
+    }
+
+    fn rank(&self) -> usize {
+        self.numbers[1] as usize
+    }
+
+    fn matrix<const D: usize>(&self, from: usize) -> Tensor<D> {
+        std::array::from_fn(|row| {
+            std::array::from_fn(|column| self.numbers[from + row * D + column])
+        })
+    }
+
+    /// H = F - I in the directions spanned.
+    fn gradient<const D: usize>(&self) -> Tensor<D> {
+        self.matrix(2)
+    }
+
+    fn span<const D: usize>(&self) -> Tensor<D> {
+        self.matrix(2 + D * D)
+    }
+
+    /// The rows that make a gradient, or in the last pass Z times them.
+    fn rows(&self) -> &[f64] {
+        &self.numbers[2 + 2 * self.dimension * self.dimension..]
+    }
+}
+
+/// A bond and what it is asked in.
+struct Quadrature<const D: usize> {
+    /// wbar_ij
+    weight: f64,
+    deformation: Deformation<D>,
+    /// What of F_i and of F_j is in F_ij.
+    shares: [f64; 2],
+    /// xi/L^2
+    along: Vector<D>,
+    /// I - n n^T in the directions asked.
+    across: Tensor<D>,
+}
+
+impl Baqp {
+    fn left<'a>(&self, scratch: &'a [f64], point: usize, dimension: usize) -> Left<'a> {
+        let width = Passes::width(self, dimension);
+        Left { numbers: &scratch[point * width..(point + 1) * width], dimension }
+    }
+
+    fn quadrature<const D: usize>(
+        link: &Link<D>,
+        own: &Left<'_>,
+        other: &Left<'_>,
+    ) -> Quadrature<D> {
+        let weight = 0.5 * (link.own * own.weight() + link.other * other.weight());
+        let along = link.reference.map(|x| x / (link.length * link.length));
+        let mut axis = zero();
+        add_outer(&mut axis, 1.0, &along, &link.reference);
+        let (own_rank, other_rank) = (own.rank(), other.rank());
+        let (span, shares) = if own_rank == D && other_rank == D {
+            (own.span(), [0.5, 0.5])
+        } else if own_rank == D {
+            (own.span(), [1.0, 0.0])
+        } else if other_rank == D {
+            (other.span(), [0.0, 1.0])
+        } else if own_rank == other_rank && agree(&own.span::<D>(), &other.span()) {
+            (own.span(), [0.5, 0.5])
+        } else {
+            (axis, [0.0, 0.0])
+        };
+        let rank = if shares == [0.0, 0.0] { 1 } else { own_rank.max(other_rank) };
+        let across = difference(&span, &axis);
+        let mean = sum(
+            &scaled(&own.gradient::<D>(), shares[0]),
+            &scaled(&other.gradient::<D>(), shares[1]),
+        );
+        // Hbar (I - n n^T) + (eta - xi) xi^T/L^2
+        let mut gradient = product(&mean, &across);
+        add_outer(&mut gradient, 1.0, &link.moved, &along);
+        let deformation = Deformation { gradient, span, rank };
+        Quadrature { weight, deformation, shares, along, across }
+    }
+
+    /// Energy and stress of a bond: the mean of the laws of its ends.
+    fn answer<const D: usize>(
+        &self,
+        point: usize,
+        neighbor: usize,
+        deformation: &Deformation<D>,
+    ) -> Answer<D> {
+        let (own, other) = (self.laws.at(point), self.laws.at(neighbor));
+        let answer = own.answer(deformation);
+        if std::ptr::eq(own, other) {
+            return answer;
+        }
+        let second = other.answer(deformation);
+        Answer {
+            energy: 0.5 * (answer.energy + second.energy),
+            stress: scaled(&sum(&answer.stress, &second.stress), 0.5),
+        }
+    }
+}
+
+/// Whether two projectors are the same but for rounding.
+fn agree<const D: usize>(one: &Tensor<D>, other: &Tensor<D>) -> bool {
+    let apart = difference(one, other);
+    apart.as_flattened().iter().all(|value| value.abs() < 1e-9)
+}
+
+impl Passes for Baqp {
+    fn weights(&self) -> &Weights {
+        &self.weights
+    }
+
+    fn width(&self, dimension: usize) -> usize {
+        2 + 2 * dimension * dimension + dimension * width(self.order, dimension)
+    }
+
+    fn prepare_point<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &mut [f64],
+    ) -> bool {
+        let (gradient, displacement_gradient, weight, _) = gradient_at(body, point, self.order);
+        scratch[0] = if weight > 0.0 { 1.0 / weight } else { 0.0 };
+        scratch[1] = gradient.shape.rank as f64;
+        let (of, span) = (2..2 + D * D, 2 + D * D..2 + 2 * D * D);
+        scratch[of].copy_from_slice(displacement_gradient.as_flattened());
+        scratch[span].copy_from_slice(gradient.shape.span.as_flattened());
+        let size = width(self.order, D);
+        for (row, place) in scratch[2 + 2 * D * D..].chunks_exact_mut(size).enumerate() {
+            place.copy_from_slice(&gradient.rows[row][..size]);
+        }
+        true
+    }
+
+    fn has_second(&self) -> bool {
+        true
+    }
+
+    /// Puts Z times the rows in the place of the rows.
+    fn second_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &[f64],
+        result: &mut [f64],
+    ) {
+        let own = self.left(scratch, point, D);
+        let mut stress: Tensor<D> = zero();
+        for link in body.links(point) {
+            let other = self.left(scratch, link.neighbor, D);
+            let at = Self::quadrature(&link, &own, &other);
+            if at.shares[0] == 0.0 {
+                continue;
+            }
+            let answer = self.answer(point, link.neighbor, &at.deformation);
+            let factor = 2.0 * at.shares[0] * at.weight * link.volume;
+            stress = sum(&stress, &scaled(&product(&answer.stress, &at.across), factor));
+        }
+        let before = 2 + 2 * D * D;
+        result[..before].copy_from_slice(&own.numbers[..before]);
+        let (size, rows) = (width(self.order, D), own.rows());
+        for (row, place) in result[before..].chunks_exact_mut(size).enumerate() {
+            for (column, value) in place.iter_mut().enumerate() {
+                *value = (0..D).map(|k| stress[row][k] * rows[k * size + column]).sum();
+            }
+        }
+    }
+
+    fn force_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &[f64],
+    ) -> Vector<D> {
+        let size = width(self.order, D);
+        let pull = |of: &Left<'_>, q: &[f64; MOST]| -> Vector<D> {
+            std::array::from_fn(|row| {
+                let row = &of.rows()[row * size..(row + 1) * size];
+                row.iter().zip(q).map(|(a, b)| a * b).sum()
+            })
+        };
+        let horizon = |point: usize| body.weights.horizons.at(point);
+        let own = self.left(scratch, point, D);
+        let mut force = [0.0; D];
+        for link in body.links(point) {
+            let other = self.left(scratch, link.neighbor, D);
+            let at = Self::quadrature(&link, &own, &other);
+            let answer = self.answer(point, link.neighbor, &at.deformation);
+            let straight = applied(&answer.stress, &at.along);
+            add(&mut force, 2.0 * at.weight * link.volume, &straight);
+            let q = monomials(self.order, &link.reference, horizon(point));
+            let q_back = monomials(self.order, &link.reference.map(|x| -x), horizon(link.neighbor));
+            add(&mut force, link.own * link.volume, &pull(&own, &q));
+            add(&mut force, -link.other * link.volume, &pull(&other, &q_back));
+        }
+        force
+    }
+
+    fn energy_needs_pass(&self) -> bool {
+        true
+    }
+
+    /// sum (w/omega0_i) W(F_ij) V_j
+    fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, scratch: &[f64]) -> f64 {
+        let own = self.left(scratch, point, D);
+        let terms = body.links(point).map(|link| {
+            let other = self.left(scratch, link.neighbor, D);
+            let at = Self::quadrature(&link, &own, &other);
+            let energy = self.answer(point, link.neighbor, &at.deformation).energy;
+            link.own * own.weight() * energy * link.volume
+        });
+        terms.sum()
+    }
+
+    fn is_degenerate<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> bool {
+        let (gradient, ..) = gradient_at(body, point, self.order);
+        gradient.shape.rank < D || gradient.lowered
+    }
+
+    /// F_i, and the mean of the stresses of the bonds: sum (w/omega0_i) P_ij V_j.
+    fn kinematics_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &[f64],
+    ) -> Kinematics {
+        let own = self.left(scratch, point, D);
+        let (mut stress, mut held) = (zero(), 0.0);
+        for link in body.links(point) {
+            let other = self.left(scratch, link.neighbor, D);
+            let at = Self::quadrature(&link, &own, &other);
+            let factor = link.own * own.weight() * link.volume;
+            let answer = self.answer(point, link.neighbor, &at.deformation);
+            stress = sum(&stress, &scaled(&answer.stress, factor));
+            let across =
+                [point, link.neighbor].map(|end| self.laws.at(end).across(&at.deformation));
+            held += 0.5 * factor * (across[0].held + across[1].held);
+        }
+        let (gradient, span) = (own.gradient(), own.span());
+        let deformation = Deformation { gradient, span, rank: own.rank() };
+        let across = Across { held, ..self.laws.at(point).across(&deformation) };
+        Kinematics::new(&deformation, &product(&stress, &span), across)
+    }
+
+    fn bytes(&self) -> usize {
+        self.laws.bytes()
+    }
+}

@@ -1,0 +1,404 @@
+//! Correspondence: a material law at the family's own deformation gradient. [P 3.31-3.53; G]
+//!
+//! F_i = I + sum w du G_ij^T V_j with G_ij = K_i^-1 xi (with gradient_order 2 that of the reproducing
+//! kernel), W_i = W(F_i), t_ij = w P(F_i) G_ij. Modes that F does not see cost nothing; the stabilised forms
+//! charge z = eta - F xi: Silling's t += w beta z, beta = C_s (C_b/delta) sum V/omega0 [P 4.11], and Wan's
+//! t += w C1 z, C1 = lambda tr(K^-1) I + 2 mu K^-1 [P 4.13].
+
+use std::f64::consts::PI;
+
+use super::body::{Body, ByModel, Link, Weights};
+use super::constants;
+use super::gradient::{Gradient, MOST, monomials, width};
+use super::state_based::{Passes, StateBased};
+use super::{Formulation, FormulationEntry, Kinematics, Materials};
+use crate::error::Result;
+use crate::families::Property;
+use crate::material::{Answer, Deformation, Law};
+use crate::tensor::{
+    Tensor, Vector, add_outer, applied, difference, dot, identity, product, scaled, sum, trace,
+    zero,
+};
+
+pub(super) const ENTRY: FormulationEntry = FormulationEntry {
+    name: "correspondence",
+    description: "correspondence: a material law at the family's own deformation gradient",
+    refused_keys: &[
+        "silling_coefficient",
+        "surface_correction",
+        "bond_horizon",
+        "force_form",
+        "operator_bonds",
+    ],
+    check: constants::check_law,
+    critical_stretch: constants::critical_stretch,
+    prepare: |materials| prepare(materials, Stabilisation::None),
+};
+
+pub(super) const SILLING: FormulationEntry = FormulationEntry {
+    name: "correspondence_silling",
+    description: "correspondence, with a penalty on what the deformation gradient does not see (Silling)",
+    refused_keys: &[
+        "surface_correction",
+        "bond_horizon",
+        "force_form",
+        "operator_bonds",
+        "gradient_order",
+        "divergence",
+    ],
+    check: constants::check_law,
+    critical_stretch: constants::critical_stretch,
+    prepare: |materials| prepare(materials, Stabilisation::Silling),
+};
+
+pub(super) const WAN: FormulationEntry = FormulationEntry {
+    name: "correspondence_wan",
+    description: "correspondence, with a penalty of the material's own stiffness (Wan)",
+    refused_keys: &[
+        "silling_coefficient",
+        "surface_correction",
+        "bond_horizon",
+        "force_form",
+        "operator_bonds",
+        "gradient_order",
+        "divergence",
+    ],
+    check: constants::check_law,
+    critical_stretch: constants::critical_stretch,
+    prepare: |materials| prepare(materials, Stabilisation::Wan),
+};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stabilisation {
+    None,
+    Silling,
+    Wan,
+}
+
+struct Correspondence {
+    weights: Weights,
+    laws: ByModel<Law>,
+    stabilisation: Stabilisation,
+    /// C_s C_b / delta.
+    penalty: Property,
+    order: usize,
+    strong: bool,
+}
+
+fn prepare(
+    materials: &Materials<'_>,
+    stabilisation: Stabilisation,
+) -> Result<Box<dyn Formulation>> {
+    let penalty = materials.property(
+        |model, horizon| {
+            let coefficient = model.number("silling_coefficient").unwrap_or(0.0);
+            let bulk = model.elastic()?.bulk_modulus;
+            Ok(coefficient * 18.0 * bulk / (PI * horizon.powi(5)))
+        },
+        "penalties",
+    )?;
+    let first = &materials.models[0];
+    let correspondence = Correspondence {
+        weights: Weights::new(materials)?,
+        laws: ByModel::new(materials, |model| Law::new(model, materials.dimension))?,
+        stabilisation,
+        penalty,
+        order: first.gradient_order(),
+        strong: stabilisation == Stabilisation::None && first.is_strong(),
+    };
+    Ok(Box::new(StateBased::new(materials, correspondence)?))
+}
+
+/// What a point knows of its family.
+struct Own<const D: usize> {
+    gradient: Gradient<D>,
+    deformation: Deformation<D>,
+    answer: Answer<D>,
+    /// sum w V and sum V.
+    weight: f64,
+    volume: f64,
+}
+
+impl Correspondence {
+    fn own<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> Own<D> {
+        let (gradient, displacement_gradient, weight, volume) =
+            gradient_at(body, point, self.order);
+        let Gradient { shape, .. } = gradient;
+        let deformation =
+            Deformation { gradient: displacement_gradient, span: shape.span, rank: shape.rank };
+        let answer = self.laws.at(point).answer(&deformation);
+        Own { gradient, deformation, answer, weight, volume }
+    }
+
+    /// C of the penalty 1/2 z.C z.
+    fn penalty<const D: usize>(&self, point: usize, own: &Own<D>) -> Tensor<D> {
+        match self.stabilisation {
+            Stabilisation::Silling if own.weight > 0.0 => {
+                scaled(&identity(), self.penalty.at(point) * own.volume / own.weight)
+            }
+            Stabilisation::Wan => {
+                let (lambda, mu) = self.laws.at(point).plane(D);
+                let inverse = &own.gradient.shape.inverse;
+                sum(&scaled(&identity(), lambda * trace(inverse)), &scaled(inverse, 2.0 * mu))
+            }
+            _ => zero(),
+        }
+    }
+
+    fn is_stabilised(&self) -> bool {
+        self.stabilisation != Stabilisation::None
+    }
+}
+
+/// The gradient operator of a point, the displacement gradient in the directions its family spans, and
+/// sum w V and sum V.
+pub(super) fn gradient_at<const D: usize>(
+    body: &Body<'_, D>,
+    point: usize,
+    order: usize,
+) -> (Gradient<D>, Tensor<D>, f64, f64) {
+    let (size, horizon) = (width(order, D), body.weights.horizons.at(point));
+    let (mut moments, mut moved) = ([[0.0; MOST]; MOST], [[0.0; MOST]; D]);
+    let (mut weight, mut volume) = (0.0, 0.0);
+    for link in body.links(point) {
+        let factor = link.own * link.volume;
+        let q = monomials(order, &link.reference, horizon);
+        for row in 0..size {
+            for column in 0..size {
+                moments[row][column] += factor * q[row] * q[column];
+            }
+        }
+        for (row, moved) in moved.iter_mut().zip(&link.moved) {
+            for column in 0..size {
+                row[column] += factor * moved * q[column];
+            }
+        }
+        weight += factor;
+        volume += link.volume;
+    }
+    let gradient = Gradient::<D>::new(order, &moments, horizon);
+    // sum w du (rows q)^T V
+    let of = |moved: &[[f64; MOST]; D]| -> Tensor<D> {
+        std::array::from_fn(|row| {
+            std::array::from_fn(|column| {
+                (0..size).map(|k| moved[row][k] * gradient.rows[column][k]).sum()
+            })
+        })
+    };
+    let mut displacement_gradient = of(&moved);
+    if gradient.steep {
+        // The rows take linear fields exactly but for rounding: the gradient of what is left takes it back.
+        let mut rest = [[0.0; MOST]; D];
+        for link in body.links(point) {
+            let factor = link.own * link.volume;
+            let q = monomials(order, &link.reference, horizon);
+            let seen = applied(&displacement_gradient, &link.reference);
+            for (row, rest) in rest.iter_mut().enumerate() {
+                let unseen = link.moved[row] - seen[row];
+                rest.iter_mut().zip(&q).for_each(|(rest, q)| *rest += factor * unseen * q);
+            }
+        }
+        displacement_gradient = sum(&displacement_gradient, &of(&rest));
+    }
+    (gradient, displacement_gradient, weight, volume)
+}
+
+impl Passes for Correspondence {
+    fn weights(&self) -> &Weights {
+        &self.weights
+    }
+
+    /// P rows (with strong divergence: P and rows), and C and H with a penalty.
+    fn width(&self, dimension: usize) -> usize {
+        let rows = dimension * width(self.order, dimension);
+        let square = dimension * dimension;
+        match (self.strong, self.is_stabilised()) {
+            (true, _) => square + rows,
+            (_, true) => rows + 2 * square,
+            _ => rows,
+        }
+    }
+
+    fn prepare_point<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &mut [f64],
+    ) -> bool {
+        let own = self.own(body, point);
+        let size = width(self.order, D);
+        let (rows, rest) = scratch.split_at_mut(D * size);
+        let stress = if self.strong { identity() } else { own.answer.stress };
+        for (row, place) in rows.chunks_exact_mut(size).enumerate() {
+            for (column, value) in place.iter_mut().enumerate() {
+                *value = (0..D).map(|k| stress[row][k] * own.gradient.rows[k][column]).sum();
+            }
+        }
+        if self.strong {
+            rest.copy_from_slice(own.answer.stress.as_flattened());
+        } else if self.is_stabilised() {
+            let penalty = self.penalty(point, &own);
+            let (at, behind) = rest.split_at_mut(D * D);
+            at.copy_from_slice(penalty.as_flattened());
+            behind.copy_from_slice(seen(body, point, &own).as_flattened());
+        }
+        own.answer.energy.is_finite()
+    }
+
+    fn force_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &[f64],
+    ) -> Vector<D> {
+        let (size, all) = (width(self.order, D), self.width(D));
+        let of = |point: usize| &scratch[point * all..(point + 1) * all];
+        let horizon = |point: usize| body.weights.horizons.at(point);
+        // (rows q) or P (rows q) of a point for a bond seen from it.
+        let pull = |of: &[f64], q: &[f64; MOST]| -> Vector<D> {
+            std::array::from_fn(|row| {
+                let row = &of[row * size..(row + 1) * size];
+                row.iter().zip(q).map(|(a, b)| a * b).sum()
+            })
+        };
+        let matrix = |of: &[f64]| -> Tensor<D> {
+            std::array::from_fn(|row| std::array::from_fn(|column| of[row * D + column]))
+        };
+        let mut force = [0.0; D];
+        let own = of(point);
+        for link in body.links(point) {
+            let other = of(link.neighbor);
+            let q = monomials(self.order, &link.reference, horizon(point));
+            if self.strong {
+                // sum (P_j - P_i) G_ij V_j [P 3.51]
+                let (here, there) = (matrix(&own[D * size..]), matrix(&other[D * size..]));
+                let pull = applied(&difference(&there, &here), &pull(own, &q));
+                add(&mut force, link.own * link.volume, &pull);
+                continue;
+            }
+            let back = link.reference.map(|x| -x);
+            let q_back = monomials(self.order, &back, horizon(link.neighbor));
+            add(&mut force, link.own * link.volume, &pull(own, &q));
+            add(&mut force, -link.other * link.volume, &pull(other, &q_back));
+            if self.is_stabilised() {
+                self.add_penalty(&mut force, &link, &own[D * size..], &other[D * size..], matrix);
+            }
+        }
+        force
+    }
+
+    fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, _: &[f64]) -> f64 {
+        self.own(body, point).answer.energy
+    }
+
+    fn stabilisation_at<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> f64 {
+        if !self.is_stabilised() {
+            return 0.0;
+        }
+        let own = self.own(body, point);
+        let penalty = self.penalty(point, &own);
+        let (mut energy, gradient) = (0.0, seen(body, point, &own));
+        for link in body.links(point) {
+            // eta - F xi = du - H xi
+            let seen = applied(&gradient, &link.reference);
+            let unseen: Vector<D> = std::array::from_fn(|axis| link.moved[axis] - seen[axis]);
+            let cost = dot(&unseen, &applied(&penalty, &unseen));
+            energy += 0.5 * link.own * link.volume * cost;
+        }
+        energy
+    }
+
+    fn is_degenerate<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> bool {
+        let (gradient, ..) = gradient_at(body, point, self.order);
+        gradient.shape.rank < D || gradient.lowered
+    }
+
+    /// F_i, and the law's stress at it, without what the penalty adds.
+    fn kinematics_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        _: &[f64],
+    ) -> Kinematics {
+        let own = self.own(body, point);
+        let across = self.laws.at(point).across(&own.deformation);
+        Kinematics::new(&own.deformation, &own.answer.stress, across)
+    }
+
+    fn bytes(&self) -> usize {
+        self.laws.bytes() + self.penalty.bytes()
+    }
+}
+
+impl Correspondence {
+    /// w_i C_i z_ij - w_j C_j z_ji, with z_ij = du - H_i xi and z_ji = -(du - H_j xi).
+    fn add_penalty<const D: usize>(
+        &self,
+        force: &mut Vector<D>,
+        link: &Link<D>,
+        own: &[f64],
+        other: &[f64],
+        matrix: impl Fn(&[f64]) -> Tensor<D>,
+    ) {
+        for (weight, of) in [(link.own, own), (link.other, other)] {
+            let mut unseen = link.moved;
+            add(&mut unseen, -1.0, &applied(&matrix(&of[D * D..]), &link.reference));
+            add(force, weight * link.volume, &applied(&matrix(of), &unseen));
+        }
+    }
+}
+
+/// The displacement gradient H that the penalty compares bonds with. In a family that is flat but for a
+/// little it looks across too, or a turn of what stands out would count as deformation.
+fn seen<const D: usize>(body: &Body<'_, D>, point: usize, own: &Own<D>) -> Tensor<D> {
+    let Gradient { shape, .. } = &own.gradient;
+    if shape.rank == D {
+        return own.deformation.gradient;
+    }
+    let mut gradient = zero();
+    // The second time takes back what the steep inverse has rounded.
+    for _ in 0..2 {
+        let mut unseen = zero();
+        for link in body.links(point) {
+            let mut rest = link.moved;
+            add(&mut rest, -1.0, &applied(&gradient, &link.reference));
+            add_outer(&mut unseen, link.own * link.volume, &rest, &link.reference);
+        }
+        gradient = sum(&gradient, &product(&unseen, &shape.steep_inverse));
+    }
+    gradient
+}
+
+/// a + factor b, in place.
+#[inline(always)]
+pub(super) fn add<const D: usize>(a: &mut Vector<D>, factor: f64, b: &Vector<D>) {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a += factor * b;
+    }
+}
+
+/// K and N, M of [B]: sum w xi xi^T V, sum w eta xi^T V, sum w eta eta^T V.
+pub(super) fn moments<const D: usize>(
+    body: &Body<'_, D>,
+    point: usize,
+) -> (Tensor<D>, Tensor<D>, Tensor<D>) {
+    let (mut reference, mut mixed, mut deformed) = (zero(), zero(), zero());
+    for link in body.links(point) {
+        let (factor, now) = (link.own * link.volume, link.deformed());
+        add_outer(&mut reference, factor, &link.reference, &link.reference);
+        add_outer(&mut mixed, factor, &now, &link.reference);
+        add_outer(&mut deformed, factor, &now, &now);
+    }
+    (reference, mixed, deformed)
+}
+
+/// sum w du xi^T V = N - K and sum w du eta^T V = M - N^T, without the cancellation.
+pub(super) fn moved<const D: usize>(body: &Body<'_, D>, point: usize) -> (Tensor<D>, Tensor<D>) {
+    let (mut undeformed, mut deformed) = (zero(), zero());
+    for link in body.links(point) {
+        let factor = link.own * link.volume;
+        add_outer(&mut undeformed, factor, &link.moved, &link.reference);
+        add_outer(&mut deformed, factor, &link.moved, &link.deformed());
+    }
+    (undeformed, deformed)
+}

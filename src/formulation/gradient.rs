@@ -1,0 +1,274 @@
+//! The gradient of a field at a point from its values in the family, and what becomes of it where a family
+//! does not span all directions.
+//!
+//! K = sum w xi xi^T V, grad g = sum w dg (K^-1 xi)^T V; with monomials q of second order beside those of
+//! first, K becomes M = sum w q q^T V [P 3.43-3.53].
+//!
+//! The rule for families that do not span the body, in this one place for all that invert a tensor: a
+//! direction counts as spanned when its eigenvalue of K is above [`THINNEST`] of the largest. The gradient
+//! is taken in the directions spanned (K^-1 becomes the inverse there), and the material is asked in these
+//! alone (see `material`): two of three make a membrane, one a string, none nothing. The deformation
+//! in them turns with the body, so a rigid motion stores nothing and pulls on nothing.
+//!
+//! A gradient that is shown is completed ([`completed`]): directions not spanned turn with those that are, and have
+//! the stretch at which the material has no stress in them. Across a sheet (in 2D a line) that is the normal, and
+//! a rigid rotation gives exactly that rotation; around a string in 3D the rotation is the least that turns it, for
+//! a string does not know its twist; a point without a family has the identity.
+
+use crate::material::Deformation;
+use crate::tensor::{
+    Tensor, Vector, add_outer, applied, cofactors, determinant, difference, dot, eigen, identity,
+    inverse, scaled, sum, trace, zero,
+};
+
+/// Eigenvalue of K, over the largest, below which a direction is not spanned: a family flatter than a
+/// hundredth of its width. Where a body is only turned, forces are rounded by 1e-16 over this, and a family that
+/// thin is as many times as stiff across.
+const THINNEST: f64 = 1e-4;
+
+/// As [`THINNEST`], for what no longer tells from rounding.
+const FLAT: f64 = 1e-15;
+
+/// det K over the product of equal eigenvalues, above which no eigenvalue can be near [`THINNEST`].
+const ROUND: f64 = 1e-3;
+
+/// Pivot of M, over the diagonal it came from, below which the second order is not to be had.
+const LEAST_PIVOT: f64 = 1e-9;
+
+/// sum w |G|^2 V with second order, over that with first, above which second order is not to be had: the
+/// points stand such that it is next to undetermined, and the family would pull and round that much more.
+/// Unlike pivots it does not change when the body is turned. Faces, edges and corners of lattices have 5 to 45;
+/// 7e4 where the horizon is two spacings of a kernel that leaves the second shell next to nothing.
+const STEEPEST: f64 = 1e2;
+
+/// As [`STEEPEST`], for gradients whose rounding is worth a second look.
+const STEEP: f64 = 10.0;
+
+/// Most monomials.
+pub(super) const MOST: usize = 9;
+
+/// A direction-wise inverse of a shape tensor.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shape<const D: usize> {
+    /// K^-1 in the directions spanned, 0 across.
+    pub(super) inverse: Tensor<D>,
+    /// K^-1 also in directions next to flat: too steep for a gradient, but K^-1 xi.xi stays bounded.
+    pub(super) steep_inverse: Tensor<D>,
+    /// Projector onto the directions spanned.
+    pub(super) span: Tensor<D>,
+    /// Number of directions spanned.
+    pub(super) rank: usize,
+    /// No direction is much less spanned than another.
+    round: bool,
+}
+
+impl<const D: usize> Shape<D> {
+    /// Of a symmetric tensor without negative eigenvalues.
+    pub(super) fn new(tensor: &Tensor<D>) -> Self {
+        let mean = trace(tensor) / D as f64;
+        if determinant(tensor) > ROUND * mean.powi(D as i32) {
+            return Self::full(tensor, true);
+        }
+        let (values, vectors) = eigen(tensor);
+        let largest = values.iter().copied().fold(0.0, f64::max);
+        let nothing = zero();
+        let mut shape =
+            Self { inverse: nothing, steep_inverse: nothing, span: nothing, rank: 0, round: false };
+        for (axis, &value) in values.iter().enumerate() {
+            let direction: Vector<D> = std::array::from_fn(|row| vectors[row][axis]);
+            if value > FLAT * largest && value.is_finite() {
+                add_outer(&mut shape.steep_inverse, 1.0 / value, &direction, &direction);
+            }
+            if value > THINNEST * largest && value.is_finite() {
+                add_outer(&mut shape.inverse, 1.0 / value, &direction, &direction);
+                add_outer(&mut shape.span, 1.0, &direction, &direction);
+                shape.rank += 1;
+            }
+        }
+        if shape.rank == D {
+            // No rounding of the projector where nothing is projected.
+            shape = Self::full(tensor, false);
+        }
+        shape
+    }
+
+    fn full(tensor: &Tensor<D>, round: bool) -> Self {
+        let inverse = inverse(tensor);
+        Self { inverse, steep_inverse: inverse, span: identity(), rank: D, round }
+    }
+}
+
+/// Monomials of a bond: its vector, and with second order that over the horizon and its products.
+#[inline(always)]
+pub(super) fn monomials<const D: usize>(
+    order: usize,
+    reference: &Vector<D>,
+    horizon: f64,
+) -> [f64; MOST] {
+    let mut terms = [0.0; MOST];
+    if order == 1 {
+        terms[..D].copy_from_slice(reference);
+        return terms;
+    }
+    for axis in 0..D {
+        let q = reference[axis] / horizon;
+        terms[axis] = q;
+        terms[D + axis] = q * q;
+    }
+    let mut next = 2 * D;
+    for first in 0..D {
+        for second in first + 1..D {
+            terms[next] = terms[first] * terms[second];
+            next += 1;
+        }
+    }
+    terms
+}
+
+/// Number of monomials.
+pub(super) const fn width(order: usize, dimension: usize) -> usize {
+    match (order, dimension) {
+        (1, dimension) => dimension,
+        (_, 2) => 5,
+        _ => 9,
+    }
+}
+
+/// What makes a gradient of differences: grad g = sum w dg (rows q)^T V.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Gradient<const D: usize> {
+    pub(super) rows: [[f64; MOST]; D],
+    pub(super) shape: Shape<D>,
+    /// Rounding of the rows is not to be neglected.
+    pub(super) steep: bool,
+    /// Second order was asked for and could not be had.
+    pub(super) lowered: bool,
+}
+
+impl<const D: usize> Gradient<D> {
+    /// From K, or with second order from M.
+    pub(super) fn new(order: usize, moments: &[[f64; MOST]; MOST], horizon: f64) -> Self {
+        let mut tensor = zero();
+        let scale = if order == 1 { 1.0 } else { horizon * horizon };
+        for row in 0..D {
+            for column in 0..D {
+                tensor[row][column] = scale * moments[row][column];
+            }
+        }
+        let shape = Shape::new(&tensor);
+        let mut rows = [[0.0; MOST]; D];
+        if order == 2
+            && shape.rank == D
+            && let Some(solved) = first_rows::<D>(moments, width(2, D))
+            && let steepness =
+                (0..D).map(|axis| solved[axis][axis]).sum::<f64>() / (scale * trace(&shape.inverse))
+            && steepness <= STEEPEST
+        {
+            for (row, solved) in rows.iter_mut().zip(&solved) {
+                for (value, solved) in row.iter_mut().zip(solved) {
+                    *value = solved / horizon;
+                }
+            }
+            let steep = !shape.round || steepness > STEEP;
+            return Self { rows, shape, steep, lowered: false };
+        }
+        // q begins with xi, with second order xi over the horizon.
+        let unit = if order == 1 { 1.0 } else { horizon };
+        for (row, inverse) in rows.iter_mut().zip(&shape.inverse) {
+            for (value, inverse) in row.iter_mut().zip(inverse) {
+                *value = unit * inverse;
+            }
+        }
+        Self { rows, shape, steep: !shape.round, lowered: order == 2 }
+    }
+}
+
+/// The first rows of M^-1, by Cholesky's factors; `None` where M is deficient.
+fn first_rows<const D: usize>(
+    moments: &[[f64; MOST]; MOST],
+    size: usize,
+) -> Option<[[f64; MOST]; D]> {
+    let mut lower = [[0.0; MOST]; MOST];
+    for row in 0..size {
+        for column in 0..=row {
+            let done: f64 = (0..column).map(|k| lower[row][k] * lower[column][k]).sum();
+            let rest = moments[row][column] - done;
+            if row == column {
+                if rest.is_nan() || rest <= LEAST_PIVOT * moments[row][row] {
+                    return None;
+                }
+                lower[row][row] = rest.sqrt();
+            } else {
+                lower[row][column] = rest / lower[column][column];
+            }
+        }
+    }
+    let mut rows = [[0.0; MOST]; D];
+    for (number, row) in rows.iter_mut().enumerate() {
+        for k in 0..size {
+            let unit = f64::from(u8::from(k == number));
+            let done: f64 = (0..k).map(|inner| lower[k][inner] * row[inner]).sum();
+            row[k] = (unit - done) / lower[k][k];
+        }
+        for k in (0..size).rev() {
+            let done: f64 = (k + 1..size).map(|inner| lower[inner][k] * row[inner]).sum();
+            row[k] = (row[k] - done) / lower[k][k];
+        }
+    }
+    Some(rows)
+}
+
+/// F - I of a deformation, with the directions that the family does not span turned with the others and stretched
+/// by `stretch`.
+pub(super) fn completed<const D: usize>(deformation: &Deformation<D>, stretch: f64) -> Tensor<D> {
+    let Deformation { gradient, span, rank } = deformation;
+    if *rank == D || *rank == 0 || *gradient == zero() {
+        return *gradient;
+    }
+    let missing = difference(&identity(), span);
+    let turned = if *rank + 1 == D {
+        let normal = direction(&missing);
+        let now = unit(&applied(&cofactors(&deformation.full()), &normal)).unwrap_or(normal);
+        let mut turned = zero();
+        add_outer(&mut turned, 1.0, &now, &normal);
+        turned
+    } else {
+        let axis = direction(span);
+        let now = unit(&applied(&deformation.full(), &axis)).unwrap_or(axis);
+        turned_least(&axis, &now, &missing)
+    };
+    sum(gradient, &difference(&scaled(&turned, stretch), &missing))
+}
+
+/// R (I - a a^T) with the least rotation R that takes one direction to another: R m = m - (a + b) (b.m)/(1 + a.b)
+/// for m across a.
+fn turned_least<const D: usize>(
+    from: &Vector<D>,
+    to: &Vector<D>,
+    missing: &Tensor<D>,
+) -> Tensor<D> {
+    let rest = 1.0 + dot(from, to);
+    if rest <= 1e-15 {
+        // Half a turn, about any direction across.
+        let about = direction(missing);
+        let mut turned = scaled(missing, -1.0);
+        add_outer(&mut turned, 2.0, &about, &about);
+        return turned;
+    }
+    let both: Vector<D> = std::array::from_fn(|axis| from[axis] + to[axis]);
+    let mut turned = *missing;
+    add_outer(&mut turned, -1.0 / rest, &both, &applied(missing, to));
+    turned
+}
+
+/// A direction that a projector keeps: its largest row.
+fn direction<const D: usize>(projector: &Tensor<D>) -> Vector<D> {
+    let largest = (1..D)
+        .fold(0, |best, row| if projector[row][row] > projector[best][best] { row } else { best });
+    unit(&projector[largest]).unwrap_or(projector[largest])
+}
+
+fn unit<const D: usize>(vector: &Vector<D>) -> Option<Vector<D>> {
+    let length = dot(vector, vector).sqrt();
+    (length > 0.0 && length.is_finite()).then(|| vector.map(|component| component / length))
+}

@@ -1,0 +1,135 @@
+//! What the fields of deformation and stress are made of.
+//!
+//! Bonds without a law have a deformation gradient all the same, that of their family's shape tensor, and a stress
+//! averaged over the family, P_i = 1/2 sum (t_ij - t_ji) (x) xi V_j: the virial or areal stress. In a body strained
+//! alike everywhere it is the force that bonds send through a unit of area; near a surface or a crack, where the
+//! family is cut, it is less.
+
+use super::body::{Body, Link};
+use super::correspondence::gradient_at;
+use super::gradient::completed;
+use crate::material::{Across, Deformation, Law};
+use crate::tensor::{
+    Tensor, add_outer, contracted, determinant, difference, identity, product, scaled, sum,
+    symmetric, trace, transposed, zero,
+};
+
+/// Deformation and stress of a point, as of a solid in space: a 2D body has them across itself too.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Kinematics {
+    /// F - I, exactly 0 at rest.
+    pub(crate) displacement_gradient: Tensor<3>,
+    /// First Piola-Kirchhoff stress.
+    pub(crate) first_piola_stress: Tensor<3>,
+    /// Change of volume per volume, in 2D of area.
+    pub(crate) dilatation: f64,
+}
+
+impl Kinematics {
+    /// Of a deformation that is completed here, and the stress in it; the dilatation is det F - 1.
+    pub(super) fn new<const D: usize>(
+        deformation: &Deformation<D>,
+        stress: &Tensor<D>,
+        across: Across,
+    ) -> Self {
+        let gradient = completed(deformation, across.stretch);
+        let mut made = Self {
+            displacement_gradient: in_space(&gradient),
+            first_piola_stress: in_space(stress),
+            dilatation: 0.0,
+        };
+        // Before the plate has thinned.
+        made.dilatation = volume_change(&made.displacement_gradient);
+        if D == 2 {
+            made.displacement_gradient[2][2] = across.thickness - 1.0;
+            made.first_piola_stress[2][2] = across.held;
+        }
+        made
+    }
+
+    /// Of bonds that pull; `tension`: |t_ij| + |t_ji| and the deformed length of a bond.
+    pub(super) fn of_bonds<const D: usize>(
+        body: &Body<'_, D>,
+        point: usize,
+        law: &Law,
+        tension: impl Fn(&Link<D>) -> (f64, f64),
+    ) -> Self {
+        let (operator, gradient, ..) = gradient_at(body, point, 1);
+        let shape = operator.shape;
+        let deformation = Deformation { gradient, span: shape.span, rank: shape.rank };
+        let mut stress = zero();
+        for link in body.links(point) {
+            let (tension, now) = tension(&link);
+            if now > 0.0 {
+                let factor = 0.5 * tension * link.volume / now;
+                add_outer(&mut stress, factor, &link.deformed(), &link.reference);
+            }
+        }
+        let stress = product(&stress, &shape.span);
+        let across = law.across_bonds(&deformation, contracted(&stress, &deformation.full()));
+        Self::new(&deformation, &stress, across)
+    }
+
+    /// The mean of several with their weights; at rest where there is none.
+    pub(super) fn mean(parts: impl Iterator<Item = (f64, Self)>) -> Self {
+        let mut mean =
+            Self { displacement_gradient: zero(), first_piola_stress: zero(), dilatation: 0.0 };
+        let mut whole = 0.0;
+        for (weight, part) in parts {
+            whole += weight;
+            // A running mean, which is exact where all are alike.
+            let share = if whole > 0.0 { weight / whole } else { 0.0 };
+            let towards = |mean: &Tensor<3>, part: &Tensor<3>| {
+                sum(mean, &scaled(&difference(part, mean), share))
+            };
+            mean.displacement_gradient =
+                towards(&mean.displacement_gradient, &part.displacement_gradient);
+            mean.first_piola_stress = towards(&mean.first_piola_stress, &part.first_piola_stress);
+            mean.dilatation += share * (part.dilatation - mean.dilatation);
+        }
+        mean
+    }
+
+    /// F
+    pub(crate) fn deformation_gradient(&self) -> Tensor<3> {
+        sum(&identity(), &self.displacement_gradient)
+    }
+
+    /// Green-Lagrange strain.
+    pub(crate) fn strain(&self) -> Tensor<3> {
+        let gradient = &self.displacement_gradient;
+        let squares = product(&transposed(gradient), gradient);
+        sum(&symmetric(gradient), &scaled(&squares, 0.5))
+    }
+
+    /// P F^T/J
+    pub(crate) fn cauchy_stress(&self) -> Tensor<3> {
+        let gradient = self.deformation_gradient();
+        let stress = product(&self.first_piola_stress, &transposed(&gradient));
+        let jacobian = determinant(&gradient);
+        stress.map(|row| row.map(|value| value / jacobian))
+    }
+
+    /// Of the symmetric part of the Cauchy stress.
+    pub(crate) fn von_mises_stress(&self) -> f64 {
+        let stress = symmetric(&self.cauchy_stress());
+        let pressure = scaled(&identity(), -trace(&stress) / 3.0);
+        let deviator = sum(&stress, &pressure);
+        (1.5 * contracted(&deviator, &deviator)).sqrt()
+    }
+}
+
+fn in_space<const D: usize>(plane: &Tensor<D>) -> Tensor<3> {
+    let mut space = zero();
+    for (row, plane) in space.iter_mut().zip(plane) {
+        row[..D].copy_from_slice(plane);
+    }
+    space
+}
+
+/// det (I + H) - 1, without the cancellation.
+fn volume_change(gradient: &Tensor<3>) -> f64 {
+    let first = trace(gradient);
+    let second = 0.5 * (first * first - trace(&product(gradient, gradient)));
+    first + second + determinant(gradient)
+}

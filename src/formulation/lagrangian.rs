@@ -1,0 +1,203 @@
+//! The total- and updated-Lagrangian forms of [B], by operators of undeformed or deformed bonds.
+//!
+//! With K = sum w xi xi^T V, N = sum w eta xi^T V, M = sum w eta eta^T V: undeformed bonds give F = N K^-1 and
+//! t = w P K^-1 xi, which is correspondence, for both forms. Deformed bonds give F = M N^-T and
+//! t = w P N^-1 eta = w J sigma M^-1 eta, which is not the slope of an energy. With divergence = strong the stress
+//! is differentiated by collocation: b = sum w (P_j - P_i) K^-1 xi V or N^-1 eta, and in the updated form
+//! b = J sum w (sigma_j - sigma_i) N^-T xi V or M^-1 eta.
+//!
+//! Where a family does not span the body, bonds count as undeformed (see `gradient`).
+
+use super::body::{Body, ByModel, Weights};
+use super::constants;
+use super::correspondence::{self, add};
+use super::gradient::Shape;
+use super::kinematics::Kinematics;
+use super::state_based::{Passes, StateBased};
+use super::{Formulation, FormulationEntry, Materials};
+use crate::error::Result;
+use crate::material::{Answer, Deformation, Law};
+use crate::tensor::{
+    Tensor, Vector, applied, determinant, difference, inverse, product, scaled, transposed, zero,
+};
+
+const REFUSED: &[&str] =
+    &["silling_coefficient", "surface_correction", "bond_horizon", "force_form", "gradient_order"];
+
+pub(super) const TOTAL: FormulationEntry = FormulationEntry {
+    name: "total_lagrangian",
+    description: "total-Lagrangian form of state-based peridynamics (Bergel and Li)",
+    refused_keys: REFUSED,
+    check: constants::check_law,
+    critical_stretch: constants::critical_stretch,
+    prepare: |materials| prepare(materials, false),
+};
+
+pub(super) const UPDATED: FormulationEntry = FormulationEntry {
+    name: "updated_lagrangian",
+    description: "updated-Lagrangian form of state-based peridynamics (Bergel and Li)",
+    refused_keys: REFUSED,
+    check: constants::check_law,
+    critical_stretch: constants::critical_stretch,
+    prepare: |materials| prepare(materials, true),
+};
+
+struct Lagrangian {
+    weights: Weights,
+    laws: ByModel<Law>,
+    updated: bool,
+    deformed: bool,
+    strong: bool,
+}
+
+fn prepare(materials: &Materials<'_>, updated: bool) -> Result<Box<dyn Formulation>> {
+    let first = &materials.models[0];
+    let lagrangian = Lagrangian {
+        weights: Weights::new(materials)?,
+        laws: ByModel::new(materials, |model| Law::new(model, materials.dimension))?,
+        updated,
+        deformed: first.has_deformed_bonds().unwrap_or(updated),
+        strong: first.is_strong(),
+    };
+    Ok(Box::new(StateBased::new(materials, lagrangian)?))
+}
+
+/// What a point makes of its family.
+struct Own<const D: usize> {
+    deformation: Deformation<D>,
+    answer: Answer<D>,
+    /// What a bond is multiplied by for a gradient: of the undeformed one, and of the deformed one.
+    undeformed: Tensor<D>,
+    deformed: Tensor<D>,
+}
+
+impl Lagrangian {
+    fn own<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> Own<D> {
+        let (reference, mixed, now) = correspondence::moments(body, point);
+        let shape = Shape::new(&reference);
+        let law = self.laws.at(point);
+        let spans = shape.rank == D;
+        let (moved, moved_deformed) = correspondence::moved(body, point);
+        let gradient = if self.deformed && spans {
+            product(&moved_deformed, &inverse(&transposed(&mixed)))
+        } else {
+            product(&moved, &shape.inverse)
+        };
+        let deformation = Deformation { gradient, span: shape.span, rank: shape.rank };
+        let answer = law.answer(&deformation);
+        // In the weak form both forms pull alike; the operators differ in the strong one.
+        let (undeformed, deformed) = match (self.deformed && spans, self.updated && self.strong) {
+            (false, false) => (shape.inverse, zero()),
+            (false, true) if spans => (transposed(&inverse(&mixed)), zero()),
+            (false, true) => (shape.inverse, zero()),
+            (true, false) => (zero(), inverse(&mixed)),
+            (true, true) => (zero(), inverse(&now)),
+        };
+        Own { deformation, answer, undeformed, deformed }
+    }
+
+    /// J where it counts.
+    fn volume_ratio<const D: usize>(&self, own: &Own<D>) -> f64 {
+        let spans = own.deformation.rank == D;
+        if self.updated && self.strong && spans {
+            determinant(&own.deformation.full())
+        } else {
+            1.0
+        }
+    }
+}
+
+impl Passes for Lagrangian {
+    fn weights(&self) -> &Weights {
+        &self.weights
+    }
+
+    /// What bonds are multiplied by; with strong divergence stress and J too.
+    fn width(&self, dimension: usize) -> usize {
+        let square = dimension * dimension;
+        if self.strong { 3 * square + 1 } else { 2 * square }
+    }
+
+    fn prepare_point<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &mut [f64],
+    ) -> bool {
+        let own = self.own(body, point);
+        let square = D * D;
+        let pull = |operator: &Tensor<D>| {
+            if self.strong { *operator } else { product(&own.answer.stress, operator) }
+        };
+        scratch[..square].copy_from_slice(pull(&own.undeformed).as_flattened());
+        scratch[square..2 * square].copy_from_slice(pull(&own.deformed).as_flattened());
+        if self.strong {
+            let ratio = self.volume_ratio(&own);
+            let mut stress = own.answer.stress;
+            if self.updated {
+                // sigma = P F^T/J
+                let full = transposed(&own.deformation.full());
+                stress = scaled(&product(&stress, &full), 1.0 / ratio);
+            }
+            scratch[2 * square..3 * square].copy_from_slice(stress.as_flattened());
+            scratch[3 * square] = ratio;
+        }
+        own.answer.energy.is_finite()
+    }
+
+    fn force_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &[f64],
+    ) -> Vector<D> {
+        let (square, width) = (D * D, self.width(D));
+        let of = |point: usize, number: usize| -> Tensor<D> {
+            let from = point * width + number * square;
+            let numbers = &scratch[from..from + square];
+            std::array::from_fn(|row| std::array::from_fn(|column| numbers[row * D + column]))
+        };
+        let own = [of(point, 0), of(point, 1)];
+        let mut force = [0.0; D];
+        for link in body.links(point) {
+            let bond = |operators: &[Tensor<D>; 2]| {
+                let mut sum = applied(&operators[0], &link.reference);
+                add(&mut sum, 1.0, &applied(&operators[1], &link.deformed()));
+                sum
+            };
+            if self.strong {
+                let apart = difference(&of(link.neighbor, 2), &of(point, 2));
+                let ratio = scratch[point * width + 3 * square];
+                add(&mut force, ratio * link.own * link.volume, &applied(&apart, &bond(&own)));
+                continue;
+            }
+            let other = [of(link.neighbor, 0), of(link.neighbor, 1)];
+            add(&mut force, link.own * link.volume, &bond(&own));
+            add(&mut force, link.other * link.volume, &bond(&other));
+        }
+        force
+    }
+
+    fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, _: &[f64]) -> f64 {
+        self.own(body, point).answer.energy
+    }
+
+    fn kinematics_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        _: &[f64],
+    ) -> Kinematics {
+        let own = self.own(body, point);
+        let across = self.laws.at(point).across(&own.deformation);
+        Kinematics::new(&own.deformation, &own.answer.stress, across)
+    }
+
+    fn is_degenerate<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> bool {
+        self.own(body, point).deformation.rank < D
+    }
+
+    fn bytes(&self) -> usize {
+        self.laws.bytes()
+    }
+}

@@ -1,0 +1,158 @@
+//! Ordinary state-based peridynamics by Madenci and Oterkus, in 3D. [M]
+//!
+//! With w = d delta/L: theta_i = d sum w e V_j, W_i = a theta^2 + b sum w e^2 V_j, t = 2 w (a d theta_i + b e) m^,
+//! a = (K - 5 mu/3)/2, b = 15 mu/(2 pi delta^5), d = 9/(4 pi delta^4). The factor m^.n of the source
+//! is 1: with it the model is neither objective nor consistent with its energy.
+
+use std::f64::consts::PI;
+
+use super::body::{Body, ByModel, Link, Weights};
+use super::constants;
+use super::correspondence::add;
+use super::ordinary_state_based::extension;
+use super::state_based::{Passes, StateBased};
+use super::{Formulation, FormulationEntry, Kinematics, Materials};
+use crate::error::{Error, Result};
+use crate::families::Property;
+use crate::material::Law;
+use crate::model::{Influence, Model};
+use crate::tensor::Vector;
+
+pub(super) const ENTRY: FormulationEntry = FormulationEntry {
+    name: "madenci_oterkus",
+    description: "ordinary state-based by Madenci and Oterkus: constants of the full ball, 3D",
+    refused_keys: &[
+        "influence",
+        "material",
+        "silling_coefficient",
+        "surface_correction",
+        "bond_horizon",
+        "force_form",
+        "operator_bonds",
+        "gradient_order",
+        "divergence",
+    ],
+    check: |model, dimension| {
+        if dimension == 3 {
+            return constants::check_law(model, dimension);
+        }
+        Err(Error::Unsupported(
+            "madenci_oterkus is for 3D; in 2D ordinary_state_based takes any Poisson's ratio"
+                .into(),
+        ))
+    },
+    critical_stretch: |model: &Model, dimension, horizon, rate| {
+        constants::critical_stretch_with(model, Influence::Inverse, dimension, horizon, rate)
+    },
+    prepare,
+};
+
+struct MadenciOterkus {
+    weights: Weights,
+    /// a and mu.
+    moduli: ByModel<[f64; 2]>,
+    /// For what lies across; bonds do not ask it.
+    laws: ByModel<Law>,
+    /// d
+    scale: Property,
+}
+
+fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
+    let moduli = ByModel::new(materials, |model| {
+        let elastic = model.elastic()?;
+        let mu = elastic.shear_modulus;
+        Ok([0.5 * (elastic.bulk_modulus - 5.0 * mu / 3.0), mu])
+    })?;
+    let scale =
+        materials.property(|_, horizon| Ok(9.0 / (4.0 * PI * horizon.powi(4))), "dilatations")?;
+    let weights = Weights::with(materials, |_| Ok(Influence::Inverse))?;
+    let laws = ByModel::new(materials, |model| Law::new(model, materials.dimension))?;
+    Ok(Box::new(StateBased::new(materials, MadenciOterkus { weights, moduli, laws, scale })?))
+}
+
+impl MadenciOterkus {
+    /// a, b and d of a point.
+    fn constants(&self, point: usize) -> [f64; 3] {
+        let [a, mu] = *self.moduli.at(point);
+        [a, 15.0 * mu / (2.0 * PI * self.weights.horizons.at(point).powi(5)), self.scale.at(point)]
+    }
+
+    fn dilatation<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> f64 {
+        let terms = body.links(point).map(|link| link.own * extension(&link).0 * link.volume);
+        self.scale.at(point) * terms.sum::<f64>()
+    }
+
+    /// |t_ij| + |t_ji| of a bond, and its deformed length; `scratch`: what the first pass has left.
+    #[inline(always)]
+    fn tension<const D: usize>(&self, point: usize, link: &Link<D>, scratch: &[f64]) -> (f64, f64) {
+        let (extension, now) = extension(link);
+        // |t| of a point, over w.
+        let pull = |point: usize| {
+            let [a, b, d] = self.constants(point);
+            2.0 * (a * d * scratch[point] + b * extension)
+        };
+        (link.own * pull(point) + link.other * pull(link.neighbor), now)
+    }
+}
+
+impl Passes for MadenciOterkus {
+    fn weights(&self) -> &Weights {
+        &self.weights
+    }
+
+    /// theta
+    fn width(&self, _: usize) -> usize {
+        1
+    }
+
+    fn prepare_point<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &mut [f64],
+    ) -> bool {
+        scratch[0] = self.dilatation(body, point);
+        true
+    }
+
+    fn force_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &[f64],
+    ) -> Vector<D> {
+        let mut force = [0.0; D];
+        for link in body.links(point) {
+            let (tension, now) = self.tension(point, &link, scratch);
+            if now > 0.0 {
+                add(&mut force, tension * link.volume / now, &link.deformed());
+            }
+        }
+        force
+    }
+
+    fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, _: &[f64]) -> f64 {
+        let [a, b, _] = self.constants(point);
+        let theta = self.dilatation(body, point);
+        let squares = body.links(point).map(|link| {
+            let extension = extension(&link).0;
+            link.own * extension * extension * link.volume
+        });
+        a * theta * theta + b * squares.sum::<f64>()
+    }
+
+    fn kinematics_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &[f64],
+    ) -> Kinematics {
+        let tension = |link: &Link<D>| self.tension(point, link, scratch);
+        let dilatation = scratch[point];
+        Kinematics { dilatation, ..Kinematics::of_bonds(body, point, self.laws.at(point), tension) }
+    }
+
+    fn bytes(&self) -> usize {
+        self.laws.bytes() + self.moduli.bytes() + self.scale.bytes()
+    }
+}

@@ -1,0 +1,164 @@
+//! Ordinary state-based peridynamics, linear peridynamic solid (LPS). [P 3.14-3.20]
+//!
+//! m_i = sum w L^2 V_j, theta_i = (D/m_i) sum w L e V_j, e_d = e - theta_i L/D,
+//! t_ij = w (D kappa theta_i L + C e_d)/m_i m^, W_i = kappa theta_i^2/2 + C/(2 m_i) sum w e_d^2 V_j;
+//! kappa = K, C = 15 G in 3D, kappa = lambda + mu (of the plane state), C = 8 G in 2D.
+
+use super::body::{Body, ByModel, Link, Weights};
+use super::constants;
+use super::correspondence::add;
+use super::state_based::{Passes, StateBased};
+use super::{Formulation, FormulationEntry, Kinematics, Materials};
+use crate::error::Result;
+use crate::material::Law;
+use crate::tensor::{Vector, dot};
+
+pub(super) const ENTRY: FormulationEntry = FormulationEntry {
+    name: "ordinary_state_based",
+    description: "ordinary state-based, linear peridynamic solid (LPS): any Poisson's ratio",
+    refused_keys: &[
+        "material",
+        "silling_coefficient",
+        "bond_horizon",
+        "force_form",
+        "operator_bonds",
+        "gradient_order",
+        "divergence",
+    ],
+    check: constants::check_law,
+    critical_stretch: constants::critical_stretch,
+    prepare,
+};
+
+struct Lps {
+    weights: Weights,
+    /// kappa and C.
+    moduli: ByModel<[f64; 2]>,
+    /// lambda/2 + mu, where the surface is to be corrected.
+    corrected: Option<ByModel<f64>>,
+    /// For what lies across; bonds do not ask it.
+    laws: ByModel<Law>,
+}
+
+fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
+    let dimension = materials.dimension;
+    let moduli = ByModel::new(materials, |model| {
+        let factor = if dimension == 3 { 15.0 } else { 8.0 };
+        let shear = model.elastic()?.shear_modulus;
+        Ok([constants::bulk_modulus(model, dimension)?, factor * shear])
+    })?;
+    let corrected = if materials.models[0].corrects_surface() {
+        Some(ByModel::new(materials, |model| constants::half_lambda_and_mu(model, dimension))?)
+    } else {
+        None
+    };
+    let laws = ByModel::new(materials, |model| Law::new(model, dimension))?;
+    let lps = Lps { weights: Weights::new(materials)?, moduli, corrected, laws };
+    Ok(Box::new(StateBased::new(materials, lps)?))
+}
+
+/// e = l - L without the cancellation, and the deformed length.
+pub(super) fn extension<const D: usize>(link: &Link<D>) -> (f64, f64) {
+    let now = link.deformed();
+    let length = dot(&now, &now).sqrt();
+    let both: Vector<D> = std::array::from_fn(|axis| link.reference[axis] + now[axis]);
+    (dot(&link.moved, &both) / (link.length + length), length)
+}
+
+impl Lps {
+    /// |t_ij| + |t_ji| of a bond, and its deformed length; `scratch`: what the first pass has left.
+    #[inline(always)]
+    fn tension<const D: usize>(&self, point: usize, link: &Link<D>, scratch: &[f64]) -> (f64, f64) {
+        let dimension = D as f64;
+        let (extension, now) = extension(link);
+        // |t| of a point, over w.
+        let pull = |point: usize| {
+            let (inverse, theta) = (scratch[2 * point], scratch[2 * point + 1]);
+            let [kappa, deviatoric] = *self.moduli.at(point);
+            let rest = extension - theta * link.length / dimension;
+            inverse * (dimension * kappa * theta * link.length + deviatoric * rest)
+        };
+        (link.own * pull(point) + link.other * pull(link.neighbor), now)
+    }
+}
+
+impl Passes for Lps {
+    fn weights(&self) -> &Weights {
+        &self.weights
+    }
+
+    fn corrected_modulus(&self, point: usize) -> Option<f64> {
+        self.corrected.as_ref().map(|moduli| *moduli.at(point))
+    }
+
+    fn correct(&mut self, factors: Vec<f64>) {
+        self.weights.correction = Some(factors);
+    }
+
+    /// 1/m (0 without a family) and theta.
+    fn width(&self, _: usize) -> usize {
+        2
+    }
+
+    fn prepare_point<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &mut [f64],
+    ) -> bool {
+        let (mut weighted, mut sum) = (0.0, 0.0);
+        for link in body.links(point) {
+            let factor = link.own * link.length * link.volume;
+            weighted += factor * link.length;
+            sum += factor * extension(&link).0;
+        }
+        let inverse = if weighted > 0.0 { 1.0 / weighted } else { 0.0 };
+        scratch[0] = inverse;
+        scratch[1] = D as f64 * inverse * sum;
+        true
+    }
+
+    fn force_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &[f64],
+    ) -> Vector<D> {
+        let mut force = [0.0; D];
+        for link in body.links(point) {
+            let (tension, now) = self.tension(point, &link, scratch);
+            if now > 0.0 {
+                add(&mut force, tension * link.volume / now, &link.deformed());
+            }
+        }
+        force
+    }
+
+    fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, _: &[f64]) -> f64 {
+        let mut state = [0.0; 2];
+        self.prepare_point(body, point, &mut state);
+        let [inverse, theta] = state;
+        let [kappa, deviatoric] = *self.moduli.at(point);
+        let mut sum = 0.0;
+        for link in body.links(point) {
+            let rest = extension(&link).0 - theta * link.length / D as f64;
+            sum += link.own * rest * rest * link.volume;
+        }
+        0.5 * kappa * theta * theta + 0.5 * deviatoric * inverse * sum
+    }
+
+    fn kinematics_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &[f64],
+    ) -> Kinematics {
+        let tension = |link: &Link<D>| self.tension(point, link, scratch);
+        let dilatation = scratch[2 * point + 1];
+        Kinematics { dilatation, ..Kinematics::of_bonds(body, point, self.laws.at(point), tension) }
+    }
+
+    fn bytes(&self) -> usize {
+        self.laws.bytes() + self.moduli.bytes()
+    }
+}

@@ -1,0 +1,421 @@
+//! What all state-based formulations share: two passes over the families, of which the first leaves a few
+//! numbers a point for the second, and the breaking of bonds before them.
+//!
+//! Between the passes only these numbers are exchanged: the seam for ranks.
+
+use std::f64::consts::PI;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::body::{Body, Weights};
+use super::{EnergyPart, Formulation, Kinematics, Materials, Read, Scene, breaking, surface};
+use crate::damage::{BondsView, Breaking};
+use crate::error::Result;
+use crate::families::{LANES, Property};
+use crate::model::Plane;
+use crate::tensor::Vector;
+use crate::workers::{PerPoint, Ragged};
+
+/// The passes of a formulation.
+pub(super) trait Passes: Send + Sync {
+    fn weights(&self) -> &Weights;
+
+    /// lambda/2 + mu of a point, where the surface is to be corrected.
+    fn corrected_modulus(&self, _point: usize) -> Option<f64> {
+        None
+    }
+
+    /// Takes the factors of the surface.
+    fn correct(&mut self, _factors: Vec<f64>) {}
+
+    /// Numbers a point that the first pass leaves for the second.
+    fn width(&self, dimension: usize) -> usize;
+
+    /// The first pass at a point; false where what it leaves is not to be used.
+    fn prepare_point<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &mut [f64],
+    ) -> bool;
+
+    /// A pass between the first and the last, which may read what the first has left of all points and
+    /// changes that of its own; false where there is none.
+    fn has_second(&self) -> bool {
+        false
+    }
+
+    /// What the pass between makes of a point.
+    fn second_at<const D: usize>(
+        &self,
+        _body: &Body<'_, D>,
+        _point: usize,
+        _scratch: &[f64],
+        _result: &mut [f64],
+    ) {
+    }
+
+    /// Numbers a bond that a first pass leaves, in place of numbers a point; 0 where it leaves none.
+    fn lane_width(&self, _dimension: usize) -> usize {
+        0
+    }
+
+    /// The first pass at a point for its bonds' lanes; false where what it leaves is not to be used.
+    fn prepare_lanes<const D: usize>(
+        &self,
+        _body: &Body<'_, D>,
+        _point: usize,
+        _lanes: &mut [f64],
+    ) -> bool {
+        true
+    }
+
+    /// Force per volume on a point, from what the first pass has left of all lanes.
+    fn force_from_lanes<const D: usize>(
+        &self,
+        _body: &Body<'_, D>,
+        _point: usize,
+        _lanes: &[f64],
+    ) -> Vector<D> {
+        [0.0; D]
+    }
+
+    /// Force per volume on a point, from what the passes have left of all points.
+    fn force_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &[f64],
+    ) -> Vector<D>;
+
+    /// Whether energies need what the first pass leaves.
+    fn energy_needs_pass(&self) -> bool {
+        false
+    }
+
+    /// Strain energy per volume of a point; `scratch`: what the first pass has left of all points, where
+    /// energies need it.
+    fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, scratch: &[f64]) -> f64;
+
+    /// Energy per volume of the penalty on modes that the material does not see.
+    fn stabilisation_at<const D: usize>(&self, _body: &Body<'_, D>, _point: usize) -> f64 {
+        0.0
+    }
+
+    /// Whether a point's family does not span the body, or does not bear the order of gradient asked for: what
+    /// is done then says `gradient`.
+    fn is_degenerate<const D: usize>(&self, _body: &Body<'_, D>, _point: usize) -> bool {
+        false
+    }
+
+    /// Deformation and stress of a point; `scratch`: what the first pass has left of all points.
+    fn kinematics_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &[f64],
+    ) -> Kinematics;
+
+    fn bytes(&self) -> usize;
+}
+
+/// A formulation in passes, made ready for a body.
+pub(super) struct StateBased<P> {
+    passes: P,
+    /// C_b of [P 3.58].
+    bond_constants: Property,
+}
+
+impl<P: Passes> StateBased<P> {
+    pub(super) fn new(materials: &Materials<'_>, passes: P) -> Result<Self> {
+        let bond_constants = materials.property(
+            |model, horizon| {
+                let thickness = model.number("thickness").unwrap_or(1.0);
+                let elastic = model.elastic()?;
+                Ok(match (materials.dimension, model.plane()) {
+                    (3, _) => 18.0 * elastic.bulk_modulus / (PI * horizon.powi(4)),
+                    (_, Plane::Stress) => {
+                        9.0 * elastic.youngs_modulus / (PI * thickness * horizon.powi(3))
+                    }
+                    (_, Plane::Strain) => {
+                        48.0 * elastic.youngs_modulus / (5.0 * PI * thickness * horizon.powi(3))
+                    }
+                })
+            },
+            "bond constants",
+        )?;
+        Ok(Self { passes, bond_constants })
+    }
+
+    fn passes<const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        force: &mut [f64],
+    ) -> Option<usize> {
+        let (passes, count) = (&self.passes, scene.places.len());
+        let body = Body::<D>::new(scene, passes.weights());
+        if passes.lane_width(D) > 0 {
+            return self.passes_over_lanes(&body, scratch, force);
+        }
+        let width = passes.width(D);
+        let (first, second) = scratch.split_at_mut(count * width);
+        let bad = self.first_pass(&body, first);
+        let left = if passes.has_second() {
+            let first = &*first;
+            scene.workers.sweep(count, PerPoint(&mut *second, width), |range, result| {
+                for (place, point) in range.enumerate() {
+                    let own = &mut result.0[place * width..(place + 1) * width];
+                    passes.second_at(&body, point, first, own);
+                }
+            });
+            &*second
+        } else {
+            &*first
+        };
+        // A point whose own material fails is to be named, not one that it pulls on.
+        let found = bad.load(Ordering::Relaxed);
+        if found != usize::MAX {
+            return Some(found);
+        }
+        scene.workers.sweep(count, PerPoint(force, D), |range, force| {
+            let (forces, _) = force.0.as_chunks_mut::<D>();
+            for (force, point) in forces.iter_mut().zip(range) {
+                *force = passes.force_at(&body, point, left);
+                if !force.iter().all(|component| component.is_finite()) {
+                    bad.fetch_min(point, Ordering::Relaxed);
+                }
+            }
+        });
+        let found = bad.into_inner();
+        (found != usize::MAX).then_some(found)
+    }
+
+    fn passes_over_lanes<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        scratch: &mut [f64],
+        force: &mut [f64],
+    ) -> Option<usize> {
+        let (passes, scene) = (&self.passes, body.scene);
+        let (count, offsets) = (scene.places.len(), &scene.families.offsets);
+        let width = LANES * passes.lane_width(D);
+        let lanes = &mut scratch[..scene.families.block_count() * width];
+        let bad = AtomicUsize::new(usize::MAX);
+        let left = Ragged { values: &mut *lanes, offsets, width };
+        scene.workers.sweep(count, left, |range, left| {
+            let first = offsets[range.start] as usize;
+            for point in range {
+                let blocks = scene.families.blocks(point);
+                let own = (blocks.start - first) * width..(blocks.end - first) * width;
+                if !passes.prepare_lanes(body, point, &mut left.values[own]) {
+                    bad.fetch_min(point, Ordering::Relaxed);
+                }
+            }
+        });
+        let found = bad.load(Ordering::Relaxed);
+        if found != usize::MAX {
+            return Some(found);
+        }
+        let lanes = &*lanes;
+        scene.workers.sweep(count, PerPoint(force, D), |range, force| {
+            let (forces, _) = force.0.as_chunks_mut::<D>();
+            for (force, point) in forces.iter_mut().zip(range) {
+                *force = passes.force_from_lanes(body, point, lanes);
+                if !force.iter().all(|component| component.is_finite()) {
+                    bad.fetch_min(point, Ordering::Relaxed);
+                }
+            }
+        });
+        let found = bad.into_inner();
+        (found != usize::MAX).then_some(found)
+    }
+
+    /// Runs the first pass; gives the first point where what it leaves is not to be used.
+    fn first_pass<const D: usize>(&self, body: &Body<'_, D>, left: &mut [f64]) -> AtomicUsize {
+        let (passes, width) = (&self.passes, self.passes.width(D));
+        let bad = AtomicUsize::new(usize::MAX);
+        let count = body.scene.places.len();
+        body.scene.workers.sweep(count, PerPoint(left, width), |range, left| {
+            for (place, point) in range.enumerate() {
+                let own = &mut left.0[place * width..(place + 1) * width];
+                if !passes.prepare_point(body, point, own) {
+                    bad.fetch_min(point, Ordering::Relaxed);
+                }
+            }
+        });
+        bad
+    }
+
+    fn energies<const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        density: &mut [f64],
+        part: EnergyPart,
+    ) {
+        let body = Body::<D>::new(scene, self.passes.weights());
+        let left = &mut scratch[..scene.places.len() * self.passes.width(D)];
+        if part == EnergyPart::Strain && self.passes.energy_needs_pass() {
+            self.first_pass(&body, left);
+        }
+        let left = &*left;
+        scene.workers.sweep(scene.places.len(), PerPoint(density, 1), |range, density| {
+            for (value, point) in density.0.iter_mut().zip(range) {
+                *value = match part {
+                    EnergyPart::Strain => self.passes.energy_at(&body, point, left),
+                    EnergyPart::Stabilization => self.passes.stabilisation_at(&body, point),
+                };
+            }
+        });
+    }
+
+    fn mark_degenerate<const D: usize>(&self, scene: &Scene<'_>, marks: &mut [f64]) {
+        let body = Body::<D>::new(scene, self.passes.weights());
+        scene.workers.sweep(scene.places.len(), PerPoint(marks, 1), |range, marks| {
+            for (mark, point) in marks.0.iter_mut().zip(range) {
+                *mark = f64::from(u8::from(self.passes.is_degenerate(&body, point)));
+            }
+        });
+    }
+
+    fn read_kinematics<const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        values: &mut [f64],
+        read: &Read<'_>,
+    ) {
+        let (body, count) = (Body::<D>::new(scene, self.passes.weights()), scene.places.len());
+        let left = &mut scratch[..count * self.passes.width(D)];
+        self.first_pass(&body, left);
+        let (left, width) = (&*left, values.len() / count);
+        scene.workers.sweep(count, PerPoint(values, width), |range, values| {
+            for (values, point) in values.0.chunks_exact_mut(width).zip(range) {
+                read(&self.passes.kinematics_at(&body, point, left), values);
+            }
+        });
+    }
+
+    /// Breaks the bonds that the rule condemns; what points lose is the energy that they have at this
+    /// displacement with these bonds and without.
+    fn break_bonds(&self, scene: &Scene<'_>, scratch: &mut [f64], breaking: &mut Breaking<'_>) {
+        if !breaking::break_stretched(scene, breaking) {
+            return;
+        }
+        let (density, scratch) = scratch.split_at_mut(scene.places.len());
+        let broken = BondsView { intact: &*breaking.intact, ..scene.bonds };
+        for (sign, bonds) in [(1.0, scene.bonds), (-1.0, broken)] {
+            let scene = Scene { bonds, ..*scene };
+            for part in [EnergyPart::Strain, EnergyPart::Stabilization] {
+                self.energy_density(&scene, scratch, density, part);
+                for (dissipated, density) in breaking.dissipated.iter_mut().zip(&*density) {
+                    *dissipated += sign * density;
+                }
+            }
+        }
+    }
+}
+
+impl<P: Passes> Formulation for StateBased<P> {
+    fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
+        if self.passes.corrected_modulus(0).is_none() {
+            return Ok(());
+        }
+        let (points, blocks) = (scene.places.len(), scene.families.block_count());
+        let mut scratch = crate::memory::filled(
+            0.0,
+            self.scratch(points, blocks, scene.dimension),
+            "surface factors",
+        )?;
+        let factors = surface::factors(
+            scene,
+            |scene, density| {
+                self.energy_density(scene, &mut scratch, density, EnergyPart::Strain);
+                Ok(())
+            },
+            |point| self.passes.corrected_modulus(point).unwrap_or(0.0),
+        )?;
+        self.passes.correct(factors);
+        Ok(())
+    }
+
+    fn scratch(&self, points: usize, blocks: usize, dimension: usize) -> usize {
+        let passes = 1 + usize::from(self.passes.has_second());
+        let lanes = blocks * LANES * self.passes.lane_width(dimension);
+        points * (1 + passes * self.passes.width(dimension)) + lanes
+    }
+
+    fn force(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        force: &mut [f64],
+        breaking: Option<Breaking<'_>>,
+    ) -> Option<usize> {
+        let mut bonds = scene.bonds;
+        let mut breaking = breaking;
+        if let Some(breaking) = &mut breaking {
+            self.break_bonds(scene, scratch, breaking);
+        }
+        if let Some(breaking) = &breaking {
+            bonds.intact = &*breaking.intact;
+        }
+        let scene = Scene { bonds, ..*scene };
+        match scene.dimension {
+            3 => self.passes::<3>(&scene, scratch, force),
+            _ => self.passes::<2>(&scene, scratch, force),
+        }
+    }
+
+    fn energy_density(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        density: &mut [f64],
+        part: EnergyPart,
+    ) {
+        match scene.dimension {
+            3 => self.energies::<3>(scene, scratch, density, part),
+            _ => self.energies::<2>(scene, scratch, density, part),
+        }
+    }
+
+    fn kinematics(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        values: &mut [f64],
+        read: &Read<'_>,
+    ) {
+        match scene.dimension {
+            3 => self.read_kinematics::<3>(scene, scratch, values, read),
+            _ => self.read_kinematics::<2>(scene, scratch, values, read),
+        }
+    }
+
+    fn stiffness_bound(&self, _: &Scene<'_>, _: &mut [f64]) -> bool {
+        false
+    }
+
+    fn degenerate(&self, scene: &Scene<'_>, marks: &mut [f64]) {
+        match scene.dimension {
+            3 => self.mark_degenerate::<3>(scene, marks),
+            _ => self.mark_degenerate::<2>(scene, marks),
+        }
+    }
+
+    fn conventional_stiffness(&self, scene: &Scene<'_>, stiffness: &mut [f64]) {
+        scene.workers.sweep(scene.places.len(), PerPoint(stiffness, 1), |range, sums| {
+            for (sum, point) in sums.0.iter_mut().zip(range) {
+                let own = scene.families.bonds(point);
+                let own = own.filter(|bond| scene.families.owns(point, bond.length));
+                *sum = own.map(|bond| scene.places[bond.neighbor][3] / bond.length).sum::<f64>()
+                    * self.bond_constants.at(point);
+            }
+        });
+    }
+
+    fn bytes(&self) -> usize {
+        self.passes.bytes() + self.passes.weights().bytes() + self.bond_constants.bytes()
+    }
+}

@@ -1,0 +1,61 @@
+//! Energy surface correction: bonds near a surface are made stiffer until a stretch along each axis stores what
+//! the material says. (Le and Bobaru; Madenci and Oterkus)
+//!
+//! For each axis a the body is stretched by 1.001: m_a = (lambda/2 + mu) (0.001)^2/W_i;
+//! beta_ij = [sum_a (n_a/mbar_a)^2]^-1/2 with the mean mbar_a of both ends.
+
+use super::Scene;
+use crate::error::Result;
+use crate::families::LANES;
+use crate::memory;
+use crate::workers::Ragged;
+
+/// What each axis is stretched by.
+const STRETCH: f64 = 0.001;
+
+const PURPOSE: &str = "surface factors";
+
+/// beta of each lane. `energy` gives the energy per volume of all points at a displacement, without correction;
+/// `modulus` lambda/2 + mu of a point.
+pub(super) fn factors(
+    scene: &Scene<'_>,
+    mut energy: impl FnMut(&Scene<'_>, &mut [f64]) -> Result<()>,
+    modulus: impl Fn(usize) -> f64,
+) -> Result<Vec<f64>> {
+    let (dimension, count) = (scene.dimension, scene.places.len());
+    let mut displacement = memory::filled(0.0, count * dimension, PURPOSE)?;
+    let mut density = memory::filled(0.0, count, PURPOSE)?;
+    let mut measures = memory::filled([1.0; 3], count, PURPOSE)?;
+    for axis in 0..dimension {
+        displacement.fill(0.0);
+        for (point, place) in scene.places.iter().enumerate() {
+            displacement[point * dimension + axis] = STRETCH * place[axis];
+        }
+        energy(&Scene { displacement: &displacement, ..*scene }, &mut density)?;
+        for (point, measure) in measures.iter_mut().enumerate() {
+            // A point without a bond has nothing to be corrected.
+            if density[point] > 0.0 {
+                measure[axis] = modulus(point) * STRETCH * STRETCH / density[point];
+            }
+        }
+    }
+    let families = scene.families;
+    let mut factors = memory::filled(1.0, families.block_count() * LANES, PURPOSE)?;
+    let values = Ragged { values: &mut factors[..], offsets: &families.offsets, width: LANES };
+    scene.workers.sweep(count, values, |range, values| {
+        let first = families.offsets[range.start] as usize * LANES;
+        for point in range {
+            for bond in families.bonds(point) {
+                let (from, to) = (&scene.places[point], &scene.places[bond.neighbor]);
+                let mut sum = 0.0;
+                for axis in 0..dimension {
+                    let direction = (to[axis] - from[axis]) / bond.length;
+                    let mean = 0.5 * (measures[point][axis] + measures[bond.neighbor][axis]);
+                    sum += (direction / mean).powi(2);
+                }
+                values.values[bond.slot - first] = sum.powf(-0.5);
+            }
+        }
+    });
+    Ok(factors)
+}

@@ -1,0 +1,132 @@
+//! Materials: what energy a deformation costs, and what stress it makes. One file a law.
+//!
+//! A law is asked in the directions that a family spans. Where these are fewer than the body has (a
+//! plate one point thick, a chain, a family thinned by broken bonds), and across a plate in plane stress,
+//! the material is free to thicken or thin: it has no stress there. Across plane strain it is held. So a
+//! rigid motion costs nothing whatever a family spans, and the stress is the slope of the energy.
+
+mod across;
+mod neo_hookean;
+mod saint_venant_kirchhoff;
+mod small_strain;
+
+pub(crate) use across::Across;
+
+use crate::error::Result;
+use crate::model::{Elastic, Model, Plane};
+use crate::tensor::Tensor;
+
+/// How a material answers a deformation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    SaintVenantKirchhoff,
+    NeoHookean,
+    SmallStrain,
+}
+
+/// A law with its constants.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Law {
+    kind: Kind,
+    shear_modulus: f64,
+    /// lambda of the solid.
+    lambda: f64,
+    /// lambda with the free directions condensed, by the number of directions that a family spans.
+    condensed: [f64; 4],
+    /// Directions across that are free of stress, by the number of directions that a family spans.
+    free: [u8; 4],
+    /// Whether the body is in plane strain.
+    is_held_across: bool,
+}
+
+/// A deformation in the directions that a family spans.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Deformation<const D: usize> {
+    /// Gradient of the displacement, 0 in the directions that the family does not span.
+    pub(crate) gradient: Tensor<D>,
+    /// Projector onto what the family spans.
+    pub(crate) span: Tensor<D>,
+    /// Number of directions that the family spans.
+    pub(crate) rank: usize,
+}
+
+/// What a law answers.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Answer<const D: usize> {
+    /// Energy per reference volume.
+    pub(crate) energy: f64,
+    /// First Piola-Kirchhoff stress, 0 in the directions that the family does not span.
+    pub(crate) stress: Tensor<D>,
+}
+
+impl Law {
+    /// The law of a model in a body of so many dimensions.
+    pub(crate) fn new(model: &Model, dimension: usize) -> Result<Self> {
+        Ok(Self::with(&model.elastic()?, model, dimension))
+    }
+
+    /// The law of a model whose constants are known.
+    pub(crate) fn with(elastic: &Elastic, model: &Model, dimension: usize) -> Self {
+        let (lambda, mu) = (elastic.lame_lambda, elastic.shear_modulus);
+        // sigma = 0 across: lambda (tr + e) + 2 mu e = 0.
+        let condense = |lambda: f64| 2.0 * lambda * mu / (lambda + 2.0 * mu);
+        let is_held_across = dimension == 2 && model.plane() == Plane::Strain;
+        let full = if is_held_across { 2 } else { 3 };
+        let (mut condensed, mut free) = ([lambda; 4], [0; 4]);
+        for rank in (0..full).rev() {
+            condensed[rank] = condense(condensed[rank + 1]);
+            free[rank] = free[rank + 1] + 1;
+        }
+        let kind = match model.material() {
+            "neo_hookean" => Kind::NeoHookean,
+            "small_strain" => Kind::SmallStrain,
+            _ => Kind::SaintVenantKirchhoff,
+        };
+        Self { kind, shear_modulus: mu, lambda, condensed, free, is_held_across }
+    }
+
+    /// Energy and stress of a deformation. Where the law does not bear it, such as one turned inside out,
+    /// they are not numbers.
+    pub(crate) fn answer<const D: usize>(&self, deformation: &Deformation<D>) -> Answer<D> {
+        if deformation.rank == 0 {
+            return Answer { energy: 0.0, stress: crate::tensor::zero() };
+        }
+        match self.kind {
+            Kind::SaintVenantKirchhoff => saint_venant_kirchhoff::answer(self, deformation),
+            Kind::NeoHookean => neo_hookean::answer(self, deformation),
+            Kind::SmallStrain => small_strain::answer(self, deformation),
+        }
+    }
+
+    /// lambda and mu for a family that spans so many directions.
+    fn constants(&self, rank: usize) -> (f64, f64) {
+        (self.condensed[rank], self.shear_modulus)
+    }
+
+    /// lambda and mu for a family that spans the body.
+    pub(crate) fn plane(&self, dimension: usize) -> (f64, f64) {
+        self.constants(dimension)
+    }
+
+    /// lambda and mu of the solid.
+    pub(crate) fn solid(&self) -> (f64, f64) {
+        (self.lambda, self.shear_modulus)
+    }
+}
+
+impl<const D: usize> Deformation<D> {
+    /// The deformation gradient, 0 in the directions that the family does not span.
+    pub(crate) fn full(&self) -> Tensor<D> {
+        crate::tensor::sum(&self.span, &self.gradient)
+    }
+
+    /// 2 E = C - I in the directions spanned; exactly 0 at rest.
+    pub(crate) fn twice_strain(&self) -> Tensor<D> {
+        let mut strain = crate::tensor::product(&self.span, &self.gradient);
+        strain = crate::tensor::sum(&strain, &crate::tensor::transposed(&strain));
+        for row in &self.gradient {
+            crate::tensor::add_outer(&mut strain, 1.0, row, row);
+        }
+        strain
+    }
+}

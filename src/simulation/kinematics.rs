@@ -1,0 +1,57 @@
+//! Fields of deformation and stress, computed when asked for.
+
+use super::fields::PURPOSE;
+use super::setup::Built;
+use super::{Field, Simulation};
+use crate::error::{Error, Result};
+use crate::formulation::Kinematics;
+use crate::memory;
+use crate::tensor::Tensor;
+
+impl Simulation {
+    /// One of these fields in the inner order.
+    pub(super) fn kinematics(&self, field: Field) -> Result<Vec<f64>> {
+        let dimension = self.points.dimension();
+        if !field.is_defined(dimension) {
+            return Err(Error::Unsupported(format!(
+                "{} is the stress across a 2D body; in 3D get cauchy_stress",
+                field.name()
+            )));
+        }
+        let Built { workers, plan, bonds, .. } = self.built()?;
+        let scene = plan.scene(workers, bonds, &self.state.current.displacement);
+        let width = field.components(dimension);
+        let mut values = memory::filled(0.0, self.points.count() * width, PURPOSE)?;
+        let mut scratch = memory::filled(0.0, plan.scratch(), PURPOSE)?;
+        plan.formulation.kinematics(&scene, &mut scratch, &mut values, &|at, values| {
+            read(field, dimension, at, values);
+        });
+        match values.iter().position(|value| !value.is_finite()) {
+            Some(place) => Err(Error::Numeric(format!(
+                "{} of point {} is not finite: the body is crushed to nothing there, or the material \
+                 does not bear the deformation",
+                field.name(),
+                self.points.order().host[place / width]
+            ))),
+            None => Ok(values),
+        }
+    }
+}
+
+/// What a field has of a point.
+fn read(field: Field, dimension: usize, at: &Kinematics, values: &mut [f64]) {
+    let mut tensor = |whole: Tensor<3>| {
+        for (values, row) in values.chunks_exact_mut(dimension).zip(&whole) {
+            values.copy_from_slice(&row[..dimension]);
+        }
+    };
+    match field {
+        Field::DeformationGradient => tensor(at.deformation_gradient()),
+        Field::Strain => tensor(at.strain()),
+        Field::FirstPiolaStress => tensor(at.first_piola_stress),
+        Field::CauchyStress => tensor(at.cauchy_stress()),
+        Field::Stress33 => values[0] = at.cauchy_stress()[2][2],
+        Field::VonMisesStress => values[0] = at.von_mises_stress(),
+        _ => values[0] = at.dilatation,
+    }
+}
