@@ -96,6 +96,13 @@ typedef int (*perion_function)(void *user,
 typedef int32_t perion_field;
 
 /**
+ * What a field is differentiated by, and with which bonds (Bergel and Li, Table 1). With xi the bond in the
+ * reference body, eta the same deformed and sums over the family, K = sum w xi xi^T V,
+ * N = sum w eta xi^T V and M = sum w eta eta^T V.
+ */
+typedef int32_t perion_operator;
+
+/**
  * A field in the library's own memory and inner order. Component c of the host's point p is
  * data[place * point_stride + c * component_stride], place = slot ? slot[p] : p. Valid until returned.
  * Let perion_view_init set struct_size.
@@ -466,6 +473,26 @@ typedef struct perion_memory {
  * Time step by the usual formula, a time; not a bound.
  */
 #define PERION_FIELD_TIME_STEP_ESTIMATE 24
+
+/**
+ * By reference coordinates with bonds of the reference body: h = K^-1 xi.
+ */
+#define PERION_OPERATOR_REFERENCE_UNDEFORMED 1
+
+/**
+ * By reference coordinates with deformed bonds: h = N^-1 eta.
+ */
+#define PERION_OPERATOR_REFERENCE_DEFORMED 2
+
+/**
+ * By current coordinates with bonds of the reference body: h = N^-T xi.
+ */
+#define PERION_OPERATOR_CURRENT_UNDEFORMED 3
+
+/**
+ * By current coordinates with deformed bonds: h = M^-1 eta.
+ */
+#define PERION_OPERATOR_CURRENT_DEFORMED 4
 
 /**
  * Something the host should look at.
@@ -1010,6 +1037,34 @@ perion_status perion_simulation_sum(const struct perion_simulation *simulation,
                                     perion_field field,
                                     const char *set_or_null,
                                     double *components);
+
+/**
+ * The gradient of a field of the host's, field[count][components], over the families of the simulation at
+ * its current displacement: result[count][components][dimension] = sum w (g_j - g_i) h^T V, w the influence
+ * function, broken bonds left out. count is the number of points, in the host's order; field and result may
+ * be anything, one in the other too. A point without bonds has 0; where the bonds of a point do not span the
+ * body, the derivative is that along what they span. Ends set-up.
+ *
+ * ERROR_ARGUMENT: unknown operator, components below 1, a number that is not finite. ERROR_NUMERIC: a
+ * derivative that is not finite. ERROR_MEMORY. Since 0.1.
+ */
+perion_status perion_simulation_gradient(const struct perion_simulation *simulation,
+                                         perion_operator operator_,
+                                         int32_t components,
+                                         const double *field,
+                                         double *result);
+
+/**
+ * The divergence of a field of the host's of vectors or tensors, field[count][components / dimension][dimension],
+ * as perion_simulation_gradient: result[count][components / dimension] = sum w (T_j - T_i) h V.
+ *
+ * ERROR_ARGUMENT: also components no multiple of the dimension. Otherwise as perion_simulation_gradient. Since 0.1.
+ */
+perion_status perion_simulation_divergence(const struct perion_simulation *simulation,
+                                           perion_operator operator_,
+                                           int32_t components,
+                                           const double *field,
+                                           double *result);
 
 /**
  * Clears the struct and sets its struct_size; struct_size: sizeof(perion_view) as the host was

@@ -47,6 +47,8 @@ module perion
       PERION_FIELD_STRESS_33, PERION_FIELD_VON_MISES_STRESS, PERION_FIELD_DILATATION, &
       PERION_FIELD_NEIGHBOR_COUNT, &
       PERION_FIELD_TIME_STEP_ESTIMATE, &
+      PERION_OPERATOR_REFERENCE_UNDEFORMED, PERION_OPERATOR_REFERENCE_DEFORMED, &
+      PERION_OPERATOR_CURRENT_UNDEFORMED, PERION_OPERATOR_CURRENT_DEFORMED, &
       PERION_LOG_LEVEL_WARNING, PERION_LOG_LEVEL_INFORMATION, raw_view => perion_view
   use perion_support, only: perion_error
   implicit none
@@ -67,6 +69,8 @@ module perion
   public :: PERION_ERROR_CONVERGENCE, PERION_ERROR_INTERRUPTED, PERION_ERROR_UNSUPPORTED
   public :: PERION_ERROR_POISONED, PERION_ERROR_INTERNAL
   public :: PERION_QUANTITY_DISPLACEMENT, PERION_QUANTITY_VELOCITY, PERION_QUANTITY_BODY_FORCE
+  public :: PERION_OPERATOR_REFERENCE_UNDEFORMED, PERION_OPERATOR_REFERENCE_DEFORMED
+  public :: PERION_OPERATOR_CURRENT_UNDEFORMED, PERION_OPERATOR_CURRENT_DEFORMED
   public :: PERION_FIELD_REFERENCE_POSITION, PERION_FIELD_POSITION, PERION_FIELD_DISPLACEMENT
   public :: PERION_FIELD_VELOCITY, PERION_FIELD_ACCELERATION, PERION_FIELD_INTERNAL_FORCE
   public :: PERION_FIELD_BODY_FORCE, PERION_FIELD_REACTION, PERION_FIELD_VOLUME
@@ -269,6 +273,8 @@ module perion
     generic :: get => get_vectors, get_scalars, get_tensors
     generic :: set => set_vectors, set_scalars
     generic :: sum => sum_components, sum_scalar, sum_tensor
+    generic :: gradient => gradient_vectors, gradient_scalars
+    generic :: divergence => divergence_tensors, divergence_vectors
     procedure :: borrow => simulation_borrow
     procedure :: borrow_const => simulation_borrow_const
     procedure :: return => simulation_return
@@ -300,6 +306,7 @@ module perion
     procedure, private :: prescribe_values_int64, prescribe_values_int32
     procedure, private :: release_int64, release_int32
     procedure, private :: get_vectors, get_scalars, get_tensors, set_vectors, set_scalars
+    procedure, private :: gradient_vectors, gradient_scalars, divergence_tensors, divergence_vectors
     procedure, private :: sum_components, sum_scalar, sum_tensor
     procedure, private :: step_int64, step_int32
     procedure, private :: step_count_int64, step_count_int32
@@ -1153,6 +1160,51 @@ module perion
       character(*), optional, intent(in) :: set
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine get_tensors
+
+    !> The gradient of a field of the host's over the families of the simulation at its current
+    !> displacement, w the influence function, broken bonds left out: of field(components,count)
+    !> result(components,dimension,count), result(i,j,k) = d field(i)/d x(j) at point k; of
+    !> field(count) result(dimension,count). All points, in the host's order. The PERION_OPERATOR_
+    !> constants say what it is differentiated by, and with which bonds. A point without bonds has 0;
+    !> where the bonds of a point do not span the body, the derivative is that along what they span.
+    !> Ends set-up.
+    !>
+    !> ERROR_ARGUMENT: unknown operator, another shape, a number that is not finite. ERROR_NUMERIC: a
+    !> derivative that is not finite.
+    recursive module subroutine gradient_vectors(self, operator, field, result, error)
+      class(perion_simulation), intent(in) :: self
+      integer(c_int32_t), intent(in) :: operator
+      real(c_double), intent(in) :: field(:, :)
+      real(c_double), intent(inout) :: result(:, :, :)
+      type(perion_error), allocatable, optional, intent(out) :: error
+    end subroutine gradient_vectors
+
+    recursive module subroutine gradient_scalars(self, operator, field, result, error)
+      class(perion_simulation), intent(in) :: self
+      integer(c_int32_t), intent(in) :: operator
+      real(c_double), intent(in) :: field(:)
+      real(c_double), intent(inout) :: result(:, :)
+      type(perion_error), allocatable, optional, intent(out) :: error
+    end subroutine gradient_scalars
+
+    !> The divergence of a field of the host's, as gradient: of tensors field(rows,dimension,count),
+    !> of the shape of FIRST_PIOLA_STRESS, result(rows,count); of vectors field(dimension,count)
+    !> result(count).
+    recursive module subroutine divergence_tensors(self, operator, field, result, error)
+      class(perion_simulation), intent(in) :: self
+      integer(c_int32_t), intent(in) :: operator
+      real(c_double), intent(in) :: field(:, :, :)
+      real(c_double), intent(inout) :: result(:, :)
+      type(perion_error), allocatable, optional, intent(out) :: error
+    end subroutine divergence_tensors
+
+    recursive module subroutine divergence_vectors(self, operator, field, result, error)
+      class(perion_simulation), intent(in) :: self
+      integer(c_int32_t), intent(in) :: operator
+      real(c_double), intent(in) :: field(:, :)
+      real(c_double), intent(inout) :: result(:)
+      type(perion_error), allocatable, optional, intent(out) :: error
+    end subroutine divergence_vectors
 
     !> Sets DISPLACEMENT, POSITION, VELOCITY or the host's BODY_FORCE from values (dimension,count),
     !> of all points in the host's order, or those of a set in the set's. Nothing is set unless all

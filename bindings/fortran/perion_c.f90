@@ -153,6 +153,18 @@ module perion_c
   !> Time step by the usual formula, a time; not a bound.
   integer(c_int32_t), parameter :: PERION_FIELD_TIME_STEP_ESTIMATE = 24_c_int32_t
 
+  !> By reference coordinates with bonds of the reference body: h = K^-1 xi.
+  integer(c_int32_t), parameter :: PERION_OPERATOR_REFERENCE_UNDEFORMED = 1_c_int32_t
+
+  !> By reference coordinates with deformed bonds: h = N^-1 eta.
+  integer(c_int32_t), parameter :: PERION_OPERATOR_REFERENCE_DEFORMED = 2_c_int32_t
+
+  !> By current coordinates with bonds of the reference body: h = N^-T xi.
+  integer(c_int32_t), parameter :: PERION_OPERATOR_CURRENT_UNDEFORMED = 3_c_int32_t
+
+  !> By current coordinates with deformed bonds: h = M^-1 eta.
+  integer(c_int32_t), parameter :: PERION_OPERATOR_CURRENT_DEFORMED = 4_c_int32_t
+
   !> Something the host should look at.
   integer(c_int32_t), parameter :: PERION_LOG_LEVEL_WARNING = 1_c_int32_t
 
@@ -966,6 +978,40 @@ module perion_c
       real(c_double), intent(inout) :: components(*)
       integer(c_int32_t) :: perion_simulation_sum
     end function perion_simulation_sum
+
+    !> The gradient of a field of the host's, field[count][components], over the families of the simulation at
+    !> its current displacement: result[count][components][dimension] = sum w (g_j - g_i) h^T V, w the influence
+    !> function, broken bonds left out. count is the number of points, in the host's order; field and result may
+    !> be anything, one in the other too. A point without bonds has 0; where the bonds of a point do not span the
+    !> body, the derivative is that along what they span. Ends set-up.
+    !>
+    !> ERROR_ARGUMENT: unknown operator, components below 1, a number that is not finite. ERROR_NUMERIC: a
+    !> derivative that is not finite. ERROR_MEMORY. Since 0.1.
+    function perion_simulation_gradient(simulation, operator_, components, field, result) &
+        bind(c, name="perion_simulation_gradient")
+      import :: c_double, c_int32_t, c_ptr
+      type(c_ptr), value, intent(in) :: simulation
+      integer(c_int32_t), value :: operator_
+      integer(c_int32_t), value :: components
+      real(c_double), intent(in) :: field(*)
+      real(c_double), intent(inout) :: result(*)
+      integer(c_int32_t) :: perion_simulation_gradient
+    end function perion_simulation_gradient
+
+    !> The divergence of a field of the host's of vectors or tensors, field[count][components / dimension][dimension],
+    !> as perion_simulation_gradient: result[count][components / dimension] = sum w (T_j - T_i) h V.
+    !>
+    !> ERROR_ARGUMENT: also components no multiple of the dimension. Otherwise as perion_simulation_gradient. Since 0.1.
+    function perion_simulation_divergence(simulation, operator_, components, field, result) &
+        bind(c, name="perion_simulation_divergence")
+      import :: c_double, c_int32_t, c_ptr
+      type(c_ptr), value, intent(in) :: simulation
+      integer(c_int32_t), value :: operator_
+      integer(c_int32_t), value :: components
+      real(c_double), intent(in) :: field(*)
+      real(c_double), intent(inout) :: result(*)
+      integer(c_int32_t) :: perion_simulation_divergence
+    end function perion_simulation_divergence
 
     !> Clears the struct and sets its struct_size; struct_size: sizeof(perion_view) as the host was
     !> compiled, so that it works with later libraries too. Since 0.1.

@@ -2,7 +2,8 @@
 submodule (perion) fields_procedures
   use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_sizeof
   use perion_c, only: perion_simulation_borrow, perion_simulation_borrow_const, &
-      perion_simulation_get, perion_simulation_get_strided, perion_simulation_return, &
+      perion_simulation_divergence, perion_simulation_get, perion_simulation_get_strided, &
+      perion_simulation_gradient, perion_simulation_return, &
       perion_simulation_set, perion_simulation_set_strided, perion_simulation_sum, perion_view_init
   use perion_support
   implicit none
@@ -274,6 +275,98 @@ contains
         number(length) // ' numbers; field ' // number(int(field, c_int64_t)) // ' adds up to ' // &
         number(self%axes**rank), error)
   end function adds_up
+
+  module procedure gradient_vectors
+    character(*), parameter :: call = 'perion_simulation_gradient'
+    real(c_double), allocatable :: from(:, :), to(:, :)
+    integer(c_int64_t) :: k, rows
+    integer :: flaw
+
+    if (.not. is_live(self%handle, call, error)) return
+    rows = size(result, 1, c_int64_t)
+    if (.not. agree(self, call, shape(field, c_int64_t), [rows, self%points], shape(result, c_int64_t), &
+        [rows, self%axes, self%points], error)) return
+    allocate (from(rows, self%points), stat=flaw)
+    if (.not. room(flaw, call, error)) return
+    allocate (to(rows * self%axes, self%points), stat=flaw)
+    if (.not. room(flaw, call, error)) return
+    from = field
+    if (.not. ok(perion_simulation_gradient(self%handle, operator, int(rows, c_int32_t), from, to), &
+        error)) return
+    do k = 1, self%points
+      result(:, :, k) = transpose(reshape(to(:, k), [self%axes, rows]))
+    end do
+  end procedure gradient_vectors
+
+  module procedure gradient_scalars
+    character(*), parameter :: call = 'perion_simulation_gradient'
+    real(c_double), allocatable :: from(:), to(:, :)
+    integer :: flaw
+
+    if (.not. is_live(self%handle, call, error)) return
+    if (.not. agree(self, call, shape(field, c_int64_t), [self%points], shape(result, c_int64_t), &
+        [self%axes, self%points], error)) return
+    allocate (from(self%points), stat=flaw)
+    if (.not. room(flaw, call, error)) return
+    allocate (to(self%axes, self%points), stat=flaw)
+    if (.not. room(flaw, call, error)) return
+    from = field
+    if (ok(perion_simulation_gradient(self%handle, operator, 1_c_int32_t, from, to), error)) result = to
+  end procedure gradient_scalars
+
+  module procedure divergence_tensors
+    character(*), parameter :: call = 'perion_simulation_divergence'
+    real(c_double), allocatable :: from(:, :), to(:, :)
+    integer(c_int64_t) :: k, rows, components
+    integer :: flaw
+
+    if (.not. is_live(self%handle, call, error)) return
+    rows = size(result, 1, c_int64_t)
+    if (.not. agree(self, call, shape(field, c_int64_t), [rows, self%axes, self%points], &
+        shape(result, c_int64_t), [rows, self%points], error)) return
+    components = rows * self%axes
+    allocate (from(components, self%points), stat=flaw)
+    if (.not. room(flaw, call, error)) return
+    allocate (to(rows, self%points), stat=flaw)
+    if (.not. room(flaw, call, error)) return
+    do k = 1, self%points
+      from(:, k) = reshape(transpose(field(:, :, k)), [components])
+    end do
+    if (ok(perion_simulation_divergence(self%handle, operator, int(components, c_int32_t), from, to), &
+        error)) result = to
+  end procedure divergence_tensors
+
+  module procedure divergence_vectors
+    character(*), parameter :: call = 'perion_simulation_divergence'
+    real(c_double), allocatable :: from(:, :), to(:)
+    integer :: flaw
+
+    if (.not. is_live(self%handle, call, error)) return
+    if (.not. agree(self, call, shape(field, c_int64_t), [self%axes, self%points], &
+        shape(result, c_int64_t), [self%points], error)) return
+    allocate (from(self%axes, self%points), stat=flaw)
+    if (.not. room(flaw, call, error)) return
+    allocate (to(self%points), stat=flaw)
+    if (.not. room(flaw, call, error)) return
+    from = field
+    if (ok(perion_simulation_divergence(self%handle, operator, int(self%axes, c_int32_t), from, to), &
+        error)) result = to
+  end procedure divergence_vectors
+
+  !> Whether a field and its derivative have the shapes they need.
+  recursive function agree(self, call, field, needed, result, made, error)
+    class(perion_simulation), intent(in) :: self
+    character(*), intent(in) :: call
+    integer(c_int64_t), intent(in) :: field(:), needed(:), result(:), made(:)
+    type(perion_error), allocatable, optional, intent(inout) :: error
+    logical :: agree
+
+    agree = all(field == needed) .and. all(result == made)
+    if (.not. agree) call refuse(PERION_ERROR_ARGUMENT, call // ': ''field'' has the shape ' // &
+        shape_text(field) // ' and ''result'' ' // shape_text(result) // '; of ' // &
+        number(self%points) // ' points in ' // number(self%axes) // &
+        ' dimensions they need ' // shape_text(needed) // ' and ' // shape_text(made), error)
+  end function agree
 
   module procedure simulation_borrow
     character(*), parameter :: call = 'perion_simulation_borrow'

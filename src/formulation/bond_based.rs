@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 
 use super::body::{Body, ByModel, Link, Weights};
 use super::ordinary_state_based::extension;
+use super::{Derivative, operators};
 use super::{
     EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Read, Scene, surface,
 };
@@ -230,6 +231,10 @@ impl Formulation for BondBased {
 
     /// The stiffness of a bond never exceeds c d/L, whatever its stretch. By Gershgorin's circles the
     /// squared frequencies are then at most twice sum c d V_j/(L rho).
+    fn differentiate(&self, scene: &Scene<'_>, derivative: &Derivative<'_>, result: &mut [f64]) {
+        operators::differentiate(scene, &self.weights, derivative, result);
+    }
+
     fn stiffness_bound(&self, scene: &Scene<'_>, bound: &mut [f64]) -> bool {
         let law = self.various(scene, None);
         self.sum_over_bonds(scene, bound, |point, bond| {

@@ -11,11 +11,14 @@ mod gradient;
 mod kinematics;
 mod lagrangian;
 mod madenci_oterkus;
+mod operators;
 mod ordinary_state_based;
 mod state_based;
 mod surface;
 
 pub(crate) use kinematics::Kinematics;
+pub(crate) use operators::Derivative;
+pub use operators::Operator;
 
 use crate::damage::{BondsView, Breaking};
 use crate::error::{Error, Result};
@@ -165,6 +168,9 @@ pub(crate) trait Formulation: Send + Sync {
         values: &mut [f64],
         read: &Read<'_>,
     );
+
+    /// The derivative of a field at all points, over the formulation's weights.
+    fn differentiate(&self, scene: &Scene<'_>, derivative: &Derivative<'_>, result: &mut [f64]);
 
     /// A bound, per point, on what the bonds still intact can add to the squared frequency of the body,
     /// times the density: (omega/2)^2 rho. It holds at any displacement. False where there is none.

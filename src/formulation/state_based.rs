@@ -7,7 +7,10 @@ use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::{Body, Weights};
-use super::{EnergyPart, Formulation, Kinematics, Materials, Read, Scene, breaking, surface};
+use super::{
+    Derivative, EnergyPart, Formulation, Kinematics, Materials, Read, Scene, breaking, operators,
+    surface,
+};
 use crate::damage::{BondsView, Breaking};
 use crate::error::Result;
 use crate::families::{LANES, Property};
@@ -391,6 +394,10 @@ impl<P: Passes> Formulation for StateBased<P> {
             3 => self.read_kinematics::<3>(scene, scratch, values, read),
             _ => self.read_kinematics::<2>(scene, scratch, values, read),
         }
+    }
+
+    fn differentiate(&self, scene: &Scene<'_>, derivative: &Derivative<'_>, result: &mut [f64]) {
+        operators::differentiate(scene, self.passes.weights(), derivative, result);
     }
 
     fn stiffness_bound(&self, _: &Scene<'_>, _: &mut [f64]) -> bool {

@@ -8,6 +8,7 @@ mod drive;
 mod fields;
 mod files;
 mod kinematics;
+mod operators;
 mod setup;
 mod values;
 

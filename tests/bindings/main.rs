@@ -34,6 +34,7 @@ const SOURCES: &[&str] = &[
     "simulation/bonds.rs",
     "simulation/conditions.rs",
     "simulation/fields.rs",
+    "simulation/operators.rs",
     "simulation/views.rs",
     "simulation/drive.rs",
     "simulation/balance.rs",

@@ -159,6 +159,45 @@ static void sums_are_of_fields_and_sets(perion_simulation *simulation)
     scene_state_free(&state);
 }
 
+static void operators_take_whole_finite_fields(perion_simulation *simulation)
+{
+    static const perion_operator no_operators[] = {0, 5, -1, INT32_MAX, INT32_MIN};
+    static double field[SCENE_LENGTH];
+    double out[3 * SCENE_LENGTH];
+    scene_state state = state_of(simulation);
+    const perion_operator operator = PERION_OPERATOR_REFERENCE_UNDEFORMED;
+
+    for (int k = 0; k < 5; ++k) {
+        REFUSE_OUTPUT(out, ARGUMENT, "operator",
+                      perion_simulation_gradient(simulation, no_operators[k], 3, field, out));
+        REFUSE_OUTPUT(out, ARGUMENT, "operator",
+                      perion_simulation_divergence(simulation, no_operators[k], 3, field, out));
+    }
+    for (int components = -2; components < 1; ++components) {
+        REFUSE_OUTPUT(out, ARGUMENT, "components",
+                      perion_simulation_gradient(simulation, operator, components, field, out));
+        REFUSE_OUTPUT(out, ARGUMENT, "components",
+                      perion_simulation_divergence(simulation, operator, components, field, out));
+    }
+    REFUSE_OUTPUT(out, ARGUMENT, "multiple of the dimension",
+                  perion_simulation_divergence(simulation, operator, 2, field, out));
+    REFUSE_OUTPUT(out, NULLED, "simulation", perion_simulation_gradient(NULL, operator, 3, field, out));
+    REFUSE_OUTPUT(out, NULLED, "simulation", perion_simulation_divergence(NULL, operator, 3, field, out));
+    REFUSE_OUTPUT(out, ARGUMENT, "simulation",
+                  perion_simulation_gradient(NO_HANDLE(perion_simulation), operator, 3, field, out));
+    REFUSE_OUTPUT(out, NULLED, "field", perion_simulation_gradient(simulation, operator, 3, NULL, out));
+    REFUSE_OUTPUT(out, ARGUMENT, "field",
+                  perion_simulation_divergence(simulation, operator, 3, MISALIGNED(double), out));
+    REFUSE(NULLED, "result", perion_simulation_gradient(simulation, operator, 3, field, NULL));
+    REFUSE(ARGUMENT, "result",
+           perion_simulation_divergence(simulation, operator, 3, field, MISALIGNED(double)));
+    field[7] = NAN;
+    REFUSE_OUTPUT(out, ARGUMENT, "'field' of point 2, component 1, is NaN",
+                  perion_simulation_gradient(simulation, operator, 3, field, out));
+    field[7] = 0.0;
+    scene_state_free(&state);
+}
+
 /* What depends on an evaluation is not shown when it is out of date. */
 static void stale_fields_are_not_shown(void)
 {
@@ -190,6 +229,7 @@ void bad_fields(void)
     sets_counts_and_strides_fit(simulation);
     strided_calls_take_pointers(simulation);
     sums_are_of_fields_and_sets(simulation);
+    operators_take_whole_finite_fields(simulation);
     stale_fields_are_not_shown();
     EXPECT_OK(perion_simulation_destroy(&simulation));
 }

@@ -196,6 +196,18 @@ static perion_status sum(perion_simulation *simulation)
     return perion_simulation_sum(simulation, PERION_FIELD_REACTION, "left", total);
 }
 
+static perion_status gradient(perion_simulation *simulation)
+{
+    static double field[SCENE_LENGTH], result[3 * SCENE_LENGTH];
+    return perion_simulation_gradient(simulation, PERION_OPERATOR_CURRENT_DEFORMED, 3, field, result);
+}
+
+static perion_status divergence(perion_simulation *simulation)
+{
+    static double field[SCENE_LENGTH], result[SCENE_LENGTH];
+    return perion_simulation_divergence(simulation, PERION_OPERATOR_REFERENCE_DEFORMED, 3, field, result);
+}
+
 static perion_status get_bonds(perion_simulation *simulation)
 {
     int64_t count;
@@ -255,6 +267,8 @@ const scene_call looking_calls[] = {
     {"get", get},
     {"get_strided", get_strided},
     {"sum", sum},
+    {"gradient", gradient},
+    {"divergence", divergence},
     {"get_bonds", get_bonds},
     {"bond_count", bond_count},
     {"time", time_now},

@@ -49,6 +49,25 @@ static void every_field_is_known_after_an_evaluation(void)
     EXPECT_OK(perion_simulation_destroy(&simulation));
 }
 
+/* Positions have the gradient I and the divergence 3. The field may lie in the room of the result. */
+static void operators_differentiate_the_hosts_fields(void)
+{
+    static double gradient[3 * SCENE_LENGTH];
+    perion_simulation *simulation = scene_simulation();
+    int right = 1;
+
+    EXPECT_OK(perion_simulation_get(simulation, PERION_FIELD_REFERENCE_POSITION, gradient, SCENE_LENGTH));
+    EXPECT_OK(perion_simulation_divergence(simulation, PERION_OPERATOR_CURRENT_DEFORMED, 3, gradient, values));
+    EXPECT_OK(perion_simulation_gradient(simulation, PERION_OPERATOR_REFERENCE_UNDEFORMED, 3, gradient,
+                                         gradient));
+    for (int k = 0; k < 3 * SCENE_LENGTH; ++k)
+        right &= fabs(gradient[k] - (k % 9 % 4 == 0 ? 1.0 : 0.0)) < 1e-12;
+    for (int k = 0; k < SCENE_LENGTH / 3; ++k)
+        right &= fabs(values[k] - 3.0) < 1e-12;
+    EXPECT(right);
+    EXPECT_OK(perion_simulation_destroy(&simulation));
+}
+
 /* A stride of 5 leaves two numbers of each point alone. */
 static void strides_leave_what_is_between_alone(void)
 {
@@ -228,6 +247,7 @@ int main(void)
     harness_begin();
     what_is_set_can_be_got();
     every_field_is_known_after_an_evaluation();
+    operators_differentiate_the_hosts_fields();
     strides_leave_what_is_between_alone();
     tensors_lie_row_after_row();
     sums_run_over_sets();

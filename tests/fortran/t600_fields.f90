@@ -1,5 +1,6 @@
 !> Fields: whole, by set, in sections of a host's own arrays, and summed.
 module fields_tests
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_c_binding
   use perion
   use scenes
@@ -28,6 +29,7 @@ contains
   subroutine test_fields()
     call run(file, 'what is set comes back with the same bits', set_comes_back)
     call run(file, 'sections of a host''s array take and give a field', sections)
+    call run(file, 'operators differentiate fields of the host', operators)
     call run(file, 'a set is read and written in its own order', fields_of_sets)
     call run(file, 'sums are those of the points', sums)
     call run(file, 'tensors have row and column as on paper', tensors_of_a_shear)
@@ -174,6 +176,56 @@ contains
     call assert_fails(error, PERION_ERROR_ARGUMENT, 'adds up to 4')
     call simulation%destroy()
   end subroutine tensors_of_a_shear
+
+  !> Row and column as on paper: row 1 of the gradient of (x + 2 y, 3 y) is (1, 2).
+  subroutine operators()
+    real(c_double) :: place(2, plate_count), field(2, plate_count), gradient(2, 2, plate_count)
+    real(c_double) :: tensor(3, 2, plate_count), rows_of(3, plate_count), slope(2, plate_count)
+    real(c_double) :: scalar(plate_count)
+    type(perion_simulation) :: simulation
+    type(perion_error), allocatable :: error
+    integer :: point
+
+    call make_plate(simulation, brittle=.false.)
+    call simulation%get(PERION_FIELD_REFERENCE_POSITION, place)
+    field(1, :) = place(1, :) + 2 * place(2, :)
+    field(2, :) = 3 * place(2, :)
+    call simulation%gradient(PERION_OPERATOR_REFERENCE_UNDEFORMED, field, gradient)
+    do point = 1, plate_count
+      call assert(all(abs(gradient(:, :, point) - reshape([1d0, 0d0, 2d0, 3d0], [2, 2])) < 1d-11), &
+          'the gradient has not its rows and columns')
+    end do
+    call simulation%gradient(PERION_OPERATOR_CURRENT_DEFORMED, field(1, :), slope)
+    call assert(all(abs(slope(1, :) - 1) < 1d-11) .and. all(abs(slope(2, :) - 2) < 1d-11), &
+        'the gradient of numbers')
+    call simulation%divergence(PERION_OPERATOR_REFERENCE_DEFORMED, field, scalar)
+    call assert(all(abs(scalar - 4) < 1d-11), 'the divergence of vectors')
+    tensor(1, :, :) = field
+    tensor(2, :, :) = place
+    tensor(3, 1, :) = 5 * place(1, :)
+    tensor(3, 2, :) = 7
+    call simulation%divergence(PERION_OPERATOR_CURRENT_UNDEFORMED, tensor, rows_of)
+    do point = 1, plate_count
+      call assert(all(abs(rows_of(:, point) - [4d0, 2d0, 5d0]) < 1d-11), 'the divergence of tensors')
+    end do
+    scalar = -7
+    call simulation%divergence(PERION_OPERATOR_CURRENT_DEFORMED, field(:, 2:), scalar, error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, &
+        "'field' has the shape (2,143) and 'result' (144); of 144 points in 2 dimensions they need (2,144) and (144)")
+    call simulation%divergence(5_c_int32_t, field, scalar, error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, "'operator' is 5")
+    field(2, 7) = ieee_value(1d0, ieee_quiet_nan)
+    call simulation%divergence(PERION_OPERATOR_CURRENT_DEFORMED, field, scalar, error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, "'field' of point 6, component 1, is NaN")
+    call assert(all(same_bits(scalar, -7d0)), 'a refused call has written its output')
+    call simulation%gradient(PERION_OPERATOR_CURRENT_DEFORMED, place, gradient(:, :1, :), error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, "'result' (2,1,144)")
+    call simulation%gradient(PERION_OPERATOR_CURRENT_DEFORMED, place(1, 2:), slope, error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, "'field' has the shape (143)")
+    call simulation%divergence(PERION_OPERATOR_CURRENT_DEFORMED, tensor, rows_of(:2, :), error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, "need (2,2,144)")
+    call simulation%destroy()
+  end subroutine operators
 
   subroutine every_field()
     real(c_double) :: vector(2, plate_count), scalar(plate_count), tensor(2, 2, plate_count)

@@ -32,11 +32,11 @@ const FILES: [&str; 19] = [
     "tlul3d_jitter_svk",
 ];
 
-fn numbers(value: &Value) -> Vec<f64> {
+pub fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|it| it.as_f64().unwrap()).collect()
 }
 
-fn body(file: &Value, case: &Value) -> Simulation {
+pub fn body(file: &Value, case: &Value) -> Simulation {
     let dimension = file["dimension"].as_u64().unwrap() as usize;
     let points =
         Points::new(dimension, &numbers(&file["positions"]), &numbers(&file["volumes"])).unwrap();
@@ -111,7 +111,7 @@ fn forces_energies_and_deformations_of_all_formulations_are_those_of_the_referen
     assert!(cases > 100, "{cases}");
 }
 
-fn load(name: &str) -> Value {
+pub fn load(name: &str) -> Value {
     let path = format!("{}/tests/data/formulations/{name}.json", env!("CARGO_MANIFEST_DIR"));
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }

@@ -16,6 +16,7 @@ mod influence;
 mod kinematics;
 mod mechanics;
 mod motion;
+mod operators;
 mod order;
 mod thickness;
 mod time_step;

@@ -6,5 +6,6 @@ pub mod conditions;
 pub mod drive;
 pub mod fields;
 pub mod files;
+pub mod operators;
 pub mod setup;
 pub mod views;
