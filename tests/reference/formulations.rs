@@ -116,7 +116,7 @@ pub fn load(name: &str) -> Value {
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
-fn model_of(file: &Value, formulation: &str) -> Model {
+pub fn model_of(file: &Value, formulation: &str) -> Model {
     let mut model = Model::new(formulation).unwrap();
     for key in ["horizon", "youngs_modulus", "poissons_ratio", "density", "critical_stretch"] {
         match file[key].as_f64() {
@@ -125,7 +125,9 @@ fn model_of(file: &Value, formulation: &str) -> Model {
             None => {}
         }
     }
-    model.choose("influence", file["influence"].as_str().unwrap()).unwrap();
+    if let Some(influence) = file["influence"].as_str() {
+        model.choose("influence", influence).unwrap();
+    }
     model
 }
 

@@ -13,6 +13,7 @@ mod constants;
 mod data;
 mod formulations;
 mod influence;
+mod invariants;
 mod kinematics;
 mod mechanics;
 mod motion;
