@@ -475,6 +475,22 @@ typedef struct perion_memory {
 #define PERION_FIELD_TIME_STEP_ESTIMATE 24
 
 /**
+ * Shape tensor K = sum w xi xi^T V over a point's family (Bergel and Li), xi the bond in the reference
+ * configuration and w its weight, broken bonds left out; a tensor.
+ */
+#define PERION_FIELD_SHAPE_TENSOR 25
+
+/**
+ * N = sum w eta xi^T V with eta the bond as it is now: F = N K^-1; a tensor.
+ */
+#define PERION_FIELD_MIXED_SHAPE_TENSOR 26
+
+/**
+ * M = sum w eta eta^T V; a tensor.
+ */
+#define PERION_FIELD_DEFORMED_SHAPE_TENSOR 27
+
+/**
  * By reference coordinates with bonds of the reference body: h = K^-1 xi.
  */
 #define PERION_OPERATOR_REFERENCE_UNDEFORMED 1

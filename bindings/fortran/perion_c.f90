@@ -153,6 +153,16 @@ module perion_c
   !> Time step by the usual formula, a time; not a bound.
   integer(c_int32_t), parameter :: PERION_FIELD_TIME_STEP_ESTIMATE = 24_c_int32_t
 
+  !> Shape tensor K = sum w xi xi^T V over a point's family (Bergel and Li), xi the bond in the reference
+  !> configuration and w its weight, broken bonds left out; a tensor.
+  integer(c_int32_t), parameter :: PERION_FIELD_SHAPE_TENSOR = 25_c_int32_t
+
+  !> N = sum w eta xi^T V with eta the bond as it is now: F = N K^-1; a tensor.
+  integer(c_int32_t), parameter :: PERION_FIELD_MIXED_SHAPE_TENSOR = 26_c_int32_t
+
+  !> M = sum w eta eta^T V; a tensor.
+  integer(c_int32_t), parameter :: PERION_FIELD_DEFORMED_SHAPE_TENSOR = 27_c_int32_t
+
   !> By reference coordinates with bonds of the reference body: h = K^-1 xi.
   integer(c_int32_t), parameter :: PERION_OPERATOR_REFERENCE_UNDEFORMED = 1_c_int32_t
 

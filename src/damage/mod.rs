@@ -118,8 +118,8 @@ pub(crate) fn point_damage(
     workers.sweep(places.len(), PerPoint(damage, 1), |range, damage| {
         for (value, point) in damage.0.iter_mut().zip(range) {
             let (mut held, mut whole) = (0.0, 0.0);
-            for bond in families.bonds(point).filter(|bond| families.owns(point, bond.length)) {
-                let volume = places[bond.neighbor][3];
+            for bond in families.bonds(point).filter(|bond| families.owns(point, *bond)) {
+                let volume = families.share(point, bond) * places[bond.neighbor][3];
                 whole += volume;
                 held += bonds.integrity(bond.slot) * volume;
             }

@@ -33,6 +33,15 @@ impl Property {
         }
     }
 
+    pub(crate) fn copied(&self) -> crate::error::Result<Self> {
+        Ok(match self {
+            Self::Uniform(value) => Self::Uniform(*value),
+            Self::PerPoint(values) => {
+                Self::PerPoint(memory::copied(values, "constants of points")?)
+            }
+        })
+    }
+
     pub(crate) fn bytes(&self) -> usize {
         match self {
             Self::Uniform(_) => 0,
@@ -53,8 +62,47 @@ pub(crate) struct Families {
     pub(crate) neighbors: Vec<u32>,
     /// Length of each bond in the reference configuration.
     pub(crate) lengths: Vec<f64>,
-    /// Length up to which a neighbour belongs to a point's own family.
-    pub(crate) radii: Property,
+    pub(crate) reach: Reach,
+}
+
+/// How far families reach, and how much of a neighbour's volume belongs to one.
+#[derive(Debug)]
+pub(crate) struct Reach {
+    /// Length up to which a neighbour belongs to a point's own family, where families end sharply.
+    radii: Property,
+    /// Where they do not.
+    rim: Option<Rim>,
+}
+
+/// The rim of a family: a neighbour there belongs to it with a part of its volume. With h the mean edge of both
+/// points' cells that part is (horizon + h/2 - L)/h, where it is between 0 and 1.
+#[derive(Debug)]
+pub(crate) struct Rim {
+    pub(crate) horizons: Property,
+    /// Edge of each point's cell, V^(1/D).
+    pub(crate) edges: Property,
+}
+
+impl Reach {
+    /// Whether all bonds reach equally far and count alike.
+    pub(crate) fn is_sharp_and_uniform(&self) -> bool {
+        self.rim.is_none() && matches!(self.radii, Property::Uniform(_))
+    }
+
+    /// Part of a neighbour's volume in a point's own family.
+    #[inline(always)]
+    pub(crate) fn share(&self, point: usize, neighbor: usize, length: f64) -> f64 {
+        let Some(Rim { horizons, edges }) = &self.rim else {
+            return f64::from(u8::from(length <= self.radii.at(point)));
+        };
+        let width = 0.5 * (edges.at(point) + edges.at(neighbor));
+        ((horizons.at(point) + 0.5 * width - length) / width).clamp(0.0, 1.0)
+    }
+
+    fn bytes(&self) -> usize {
+        let rim = self.rim.as_ref().map_or(0, |rim| rim.horizons.bytes() + rim.edges.bytes());
+        self.radii.bytes() + rim
+    }
 }
 
 /// One bond as seen from one of its ends.
@@ -82,10 +130,16 @@ impl Families {
         })
     }
 
-    /// Whether the bond's other end lies within the point's own horizon.
+    /// Part of the volume of a bond's other end that belongs to the point's own family.
     #[inline(always)]
-    pub(crate) fn owns(&self, point: usize, length: f64) -> bool {
-        length <= self.radii.at(point)
+    pub(crate) fn share(&self, point: usize, bond: Bond) -> f64 {
+        self.reach.share(point, bond.neighbor, bond.length)
+    }
+
+    /// Whether the bond's other end belongs to the point's own family.
+    #[inline(always)]
+    pub(crate) fn owns(&self, point: usize, bond: Bond) -> bool {
+        self.share(point, bond) > 0.0
     }
 
     /// Blocks of all points.
@@ -108,7 +162,7 @@ impl Families {
         memory::bytes(&self.offsets)
             + memory::bytes(&self.neighbors)
             + memory::bytes(&self.lengths)
-            + self.radii.bytes()
+            + self.reach.bytes()
     }
 }
 

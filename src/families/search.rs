@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use super::{Families, LANES, Place, Property, squared_length};
+use super::{Families, LANES, Place, Property, Reach, Rim, squared_length};
 use crate::error::{Result, argument};
 use crate::memory;
 use crate::workers::{PerPoint, Ragged, Workers};
@@ -24,17 +24,19 @@ const TABLE_CELLS_PER_POINT: f64 = 16.0;
 
 const PURPOSE: &str = "bonds";
 
-/// The families of all points for their horizons; `farthest` is the largest magnitude of the
-/// coordinates that the host gave.
+/// The families of all points for their horizons, and with the rim if they have one; `farthest` is the
+/// largest magnitude of the coordinates that the host gave.
 pub(crate) fn find(
     workers: &Workers,
     dimension: usize,
     places: &[Place],
     horizons: &Property,
+    rim: Option<Rim>,
     farthest: f64,
 ) -> Result<Families> {
-    let radii = radii(horizons, farthest)?;
-    let search = Search::new(dimension, places, &radii)?;
+    let farthest_of = radii(horizons, rim.as_ref(), farthest)?;
+    let reach = Reach { radii: radii(horizons, None, farthest)?, rim };
+    let search = Search::new(dimension, places, &farthest_of, &reach)?;
     let count = places.len();
     let mut sizes = memory::filled(0_u32, count, PURPOSE)?;
     workers.sweep(count, PerPoint(&mut sizes, 1), |range, sizes| {
@@ -73,19 +75,30 @@ pub(crate) fn find(
     if count > 1 && lanes == 0 {
         return argument(no_neighbors(places, horizons));
     }
-    Ok(Families { offsets, neighbors, lengths, radii })
+    Ok(Families { offsets, neighbors, lengths, reach })
 }
 
-/// Horizons with the tolerance that lets `horizon = k * spacing` reach the k-th shell.
-fn radii(horizons: &Property, farthest: f64) -> Result<Property> {
-    let radius =
-        |horizon: f64| horizon * (1.0 + (8.0 * f64::EPSILON * farthest / horizon).max(1e-10));
-    Ok(match horizons {
-        Property::Uniform(horizon) => Property::Uniform(radius(*horizon)),
-        Property::PerPoint(values) => Property::PerPoint(memory::collected(
-            values.iter().map(|&horizon| radius(horizon)),
-            "horizons",
-        )?),
+/// Horizons with the tolerance that lets `horizon = k * spacing` reach the k-th shell, and with the most that
+/// a rim adds.
+fn radii(horizons: &Property, rim: Option<&Rim>, farthest: f64) -> Result<Property> {
+    let largest = match rim.map(|rim| &rim.edges) {
+        Some(Property::PerPoint(edges)) => edges.iter().copied().fold(0.0, f64::max),
+        Some(Property::Uniform(edge)) => *edge,
+        None => 0.0,
+    };
+    let radius = |horizon: f64, point: usize| {
+        let width = rim.map_or(0.0, |rim| 0.5 * (rim.edges.at(point) + largest));
+        let tolerance = (8.0 * f64::EPSILON * farthest / horizon).max(1e-10);
+        horizon * (1.0 + tolerance) + 0.5 * width
+    };
+    Ok(match (horizons, rim.map(|rim| &rim.edges)) {
+        (Property::Uniform(horizon), None | Some(Property::Uniform(_))) => {
+            Property::Uniform(radius(*horizon, 0))
+        }
+        (Property::PerPoint(each), _) | (_, Some(Property::PerPoint(each))) => {
+            let radii = (0..each.len()).map(|point| radius(horizons.at(point), point));
+            Property::PerPoint(memory::collected(radii, "horizons")?)
+        }
     })
 }
 
@@ -105,7 +118,9 @@ fn no_neighbors(places: &[Place], horizons: &Property) -> String {
 /// All points in cells, those of like radii together.
 struct Search<'a> {
     places: &'a [Place],
+    /// Beyond these a point has nobody in its own family.
     radii: &'a Property,
+    reach: &'a Reach,
     classes: Vec<Cells>,
 }
 
@@ -113,7 +128,12 @@ struct Search<'a> {
 const MOST_CLASSES: usize = 32;
 
 impl<'a> Search<'a> {
-    fn new(dimension: usize, places: &'a [Place], radii: &'a Property) -> Result<Self> {
+    fn new(
+        dimension: usize,
+        places: &'a [Place],
+        radii: &'a Property,
+        reach: &'a Reach,
+    ) -> Result<Self> {
         let mut classes = memory::reserved(MOST_CLASSES, PURPOSE)?;
         match radii {
             Property::Uniform(radius) => {
@@ -140,10 +160,10 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        Ok(Self { places, radii, classes })
+        Ok(Self { places, radii, reach, classes })
     }
 
-    /// Calls `found` with each neighbour of a point and its distance: within either's radius.
+    /// Calls `found` with each neighbour of a point and its distance: in the family of either.
     #[inline(always)]
     fn visit(&self, point: usize, mut found: impl FnMut(u32, f64)) {
         let place = &self.places[point];
@@ -159,7 +179,10 @@ impl<'a> Search<'a> {
                 // The square root decides; the squares, with room for rounding, sort out most.
                 if squared <= radius * radius * (1.0 + 1e-14) && other as usize != point {
                     let length = squared.sqrt();
-                    if length <= radius {
+                    let belongs = |from: usize, to: usize| self.reach.share(from, to, length) > 0.0;
+                    if length <= radius
+                        && (belongs(point, other as usize) || belongs(other as usize, point))
+                    {
                         found(other, length);
                     }
                 }
@@ -348,11 +371,11 @@ mod tests {
     }
 
     fn check_against_all_pairs(places: &[Place], horizons: &Property) {
-        let families = find(&Workers::new(2).unwrap(), 3, places, horizons, 1.0).unwrap();
+        let families = find(&Workers::new(2).unwrap(), 3, places, horizons, None, 1.0).unwrap();
         for i in 0..places.len() {
             let expected: Vec<_> = (0..places.len())
                 .filter(|&j| {
-                    let reach = families.radii.at(i).max(families.radii.at(j));
+                    let reach = families.reach.radii.at(i).max(families.reach.radii.at(j));
                     i != j && squared_length(&places[i], &places[j]).sqrt() <= reach
                 })
                 .collect();
@@ -388,7 +411,7 @@ mod tests {
     fn a_horizon_of_whole_spacings_reaches_its_shell() {
         let row: Vec<Place> = (0..10).map(|k| [0.1 * k as f64, 0.0, 0.0, 1.0]).collect();
         let families =
-            find(&Workers::new(1).unwrap(), 3, &row, &Property::Uniform(0.3), 0.9).unwrap();
+            find(&Workers::new(1).unwrap(), 3, &row, &Property::Uniform(0.3), None, 0.9).unwrap();
         assert_eq!(families.bonds(5).count(), 6);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Materials, Scene};
 use crate::error::Result;
-use crate::families::Property;
+use crate::families::{Bond, Property};
 use crate::memory;
 use crate::model::Influence;
 use crate::tensor::Vector;
@@ -46,7 +46,7 @@ impl<T> ByModel<T> {
 
 /// How much bonds count in the families of their ends: w = omega(L) d, and with it beta where the surface
 /// is corrected.
-pub(super) struct Weights {
+pub(crate) struct Weights {
     influence: ByModel<Influence>,
     pub(super) horizons: Property,
     /// Correction of each lane, both ends alike.
@@ -64,22 +64,19 @@ impl Weights {
         materials: &Materials<'_>,
         influence: impl Fn(&crate::model::Model) -> Result<Influence>,
     ) -> Result<Self> {
-        let horizons = match materials.horizons {
-            Property::Uniform(horizon) => Property::Uniform(*horizon),
-            Property::PerPoint(values) => Property::PerPoint(memory::copied(values, "horizons")?),
-        };
         Ok(Self {
             influence: ByModel::new(materials, influence)?,
-            horizons,
+            horizons: materials.horizons.copied()?,
             correction: None,
             dimension: materials.dimension,
         })
     }
 
-    /// omega of a point's family at a length.
+    /// omega of a point's family at a length; in the rim of the horizon that at the horizon.
     #[inline(always)]
     fn value(&self, point: usize, length: f64) -> f64 {
-        self.influence.at(point).value(self.dimension, length, self.horizons.at(point))
+        let horizon = self.horizons.at(point);
+        self.influence.at(point).value(self.dimension, length.min(horizon), horizon)
     }
 
     /// Whether both ends give a bond the same weight.
@@ -106,13 +103,19 @@ pub(super) struct Link<const D: usize> {
     pub(super) moved: Vector<D>,
     /// V_j
     pub(super) volume: f64,
-    /// w_ij, 0 where j is beyond the point's own horizon.
+    /// Part of V_j in the point's own family.
+    pub(super) share: f64,
+    /// w_ij times that part, 0 where j is beyond the point's own horizon.
     pub(super) own: f64,
-    /// w_ji, 0 where the point is beyond the neighbour's horizon.
+    /// w_ji times the part of V_i in the neighbour's family.
     pub(super) other: f64,
 }
 
 impl<const D: usize> Link<D> {
+    pub(super) fn bond(&self) -> Bond {
+        Bond { slot: self.slot, neighbor: self.neighbor, length: self.length }
+    }
+
     /// eta
     #[inline(always)]
     pub(super) fn deformed(&self) -> Vector<D> {
@@ -145,14 +148,15 @@ impl<'a, const D: usize> Body<'a, D> {
             let (there, moved) = (&scene.places[bond.neighbor], &shifts[bond.neighbor]);
             let integrity = scene.bonds.integrity.map_or(1.0, |values| values[bond.slot]);
             let correction = weights.correction.as_ref().map_or(1.0, |values| values[bond.slot]);
-            let weight = |point: usize| {
-                if scene.families.owns(point, bond.length) {
-                    weights.value(point, bond.length) * integrity * correction
+            let weight = |point: usize, share: f64| {
+                if share > 0.0 {
+                    weights.value(point, bond.length) * integrity * correction * share
                 } else {
                     0.0
                 }
             };
-            let own = weight(point);
+            let share = scene.families.share(point, bond);
+            let own = weight(point, share);
             Link {
                 slot: bond.slot,
                 neighbor: bond.neighbor,
@@ -160,8 +164,14 @@ impl<'a, const D: usize> Body<'a, D> {
                 reference: std::array::from_fn(|axis| there[axis] - place[axis]),
                 moved: std::array::from_fn(|axis| moved[axis] - shift[axis]),
                 volume: there[3],
+                share,
                 own,
-                other: if shared { own } else { weight(bond.neighbor) },
+                other: if shared {
+                    own
+                } else {
+                    let share = scene.families.reach.share(bond.neighbor, point, bond.length);
+                    weight(bond.neighbor, share)
+                },
             }
         })
     }

@@ -74,7 +74,7 @@ impl BondAssociated {
         point: usize,
     ) -> impl Iterator<Item = Link<D>> + use<'a, D> {
         let families = body.scene.families;
-        body.links(point).filter(move |link| families.owns(point, link.length))
+        body.links(point).filter(move |link| families.owns(point, link.bond()))
     }
 
     /// Those of them in the family of a bond.
@@ -102,7 +102,7 @@ impl BondAssociated {
             let factor = link.own * link.volume;
             add_outer(&mut tensor, factor, &link.reference, &link.reference);
             add_outer(&mut moved, factor, &link.moved, &link.reference);
-            volume += link.volume;
+            volume += link.share * link.volume;
         }
         let shape = Shape::new(&tensor);
         let gradient = product(&moved, &shape.inverse);
@@ -115,9 +115,9 @@ impl BondAssociated {
     fn share<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> f64 {
         let own = |bond: Link<D>| -> f64 {
             if self.literal {
-                return bond.volume;
+                return bond.share * bond.volume;
             }
-            self.near(body, point, &bond).map(|link| link.volume).sum()
+            self.near(body, point, &bond).map(|link| link.share * link.volume).sum()
         };
         Self::own(body, point).map(own).sum()
     }
@@ -193,7 +193,9 @@ impl Passes for BondAssociated {
 
     fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, _: &[f64]) -> f64 {
         let whole: f64 = Self::own(body, point)
-            .map(|bond| self.near(body, point, &bond).map(|link| link.volume).sum::<f64>())
+            .map(|bond| {
+                self.near(body, point, &bond).map(|link| link.share * link.volume).sum::<f64>()
+            })
             .sum();
         let terms = Self::own(body, point).map(|bond| {
             let at = self.associated(body, point, &bond);

@@ -7,7 +7,6 @@ use std::f64::consts::PI;
 
 use super::body::{Body, ByModel, Link, Weights};
 use super::ordinary_state_based::extension;
-use super::{Derivative, operators};
 use super::{
     EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Read, Scene, surface,
 };
@@ -128,9 +127,12 @@ impl BondBased {
 
     /// The law of a scene in which all bonds are alike, if it is one.
     fn alike<'a>(&self, scene: &Scene<'_>, breaking: Option<&Breaking<'a>>) -> Option<Alike<'a>> {
-        let (Property::Uniform(bond_constant), Property::Uniform(_), None, None) =
-            (&self.bond_constants, &scene.families.radii, scene.bonds.integrity, &self.correction)
-        else {
+        let (Property::Uniform(bond_constant), true, None, None) = (
+            &self.bond_constants,
+            scene.families.reach.is_sharp_and_uniform(),
+            scene.bonds.integrity,
+            &self.correction,
+        ) else {
             return None;
         };
         let rule = breaking.map(|breaking| breaking.rule);
@@ -229,12 +231,12 @@ impl Formulation for BondBased {
         }
     }
 
-    /// The stiffness of a bond never exceeds c d/L, whatever its stretch. By Gershgorin's circles the
-    /// squared frequencies are then at most twice sum c d V_j/(L rho).
-    fn differentiate(&self, scene: &Scene<'_>, derivative: &Derivative<'_>, result: &mut [f64]) {
-        operators::differentiate(scene, &self.weights, derivative, result);
+    fn weights(&self) -> &Weights {
+        &self.weights
     }
 
+    /// The stiffness of a bond never exceeds c d/L, whatever its stretch. By Gershgorin's circles the
+    /// squared frequencies are then at most twice sum c d V_j/(L rho).
     fn stiffness_bound(&self, scene: &Scene<'_>, bound: &mut [f64]) -> bool {
         let law = self.various(scene, None);
         self.sum_over_bonds(scene, bound, |point, bond| {

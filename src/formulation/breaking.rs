@@ -1,11 +1,17 @@
-//! Which bonds a rule breaks at a displacement, for formulations that look at bonds before they pull.
+//! Which bonds a rule breaks at a displacement, and what that dissipates, for formulations that look at bonds
+//! before they pull.
+//!
+//! Bonds that break between displacements u_n and u_n+1 pulled last at u_n. With Q(u) what the body holds more
+//! with them than without, the motion has been paid by half the pull that they had at u_n, and so
+//! Q(u_n) + 1/2 dQ/du (u_n+1 - u_n) is lost. To second order that is 2 Q(u_n+1/2) - (Q(u_n) + Q(u_n+1))/2,
+//! which each point can say of its own energy.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::Scene;
-use crate::damage::Breaking;
+use super::{EnergyPart, Scene};
+use crate::damage::{BondsView, Breaking};
 use crate::families::LANES;
-use crate::workers::Ragged;
+use crate::workers::{PerPoint, Ragged};
 
 /// Breaks in the masks aside what is stretched beyond its limit; whether there was any.
 pub(super) fn break_stretched(scene: &Scene<'_>, breaking: &mut Breaking<'_>) -> bool {
@@ -32,6 +38,92 @@ pub(super) fn break_stretched(scene: &Scene<'_>, breaking: &mut Breaking<'_>) ->
         }
     });
     broke.into_inner()
+}
+
+/// Numbers that booking writes aside.
+pub(super) fn room(points: usize, dimension: usize) -> usize {
+    points * (3 + dimension)
+}
+
+/// Points that broken bonds are near to.
+pub(super) struct Near<'a> {
+    marks: &'a [f64],
+}
+
+const PASS: f64 = 1.0;
+const ENERGY: f64 = 2.0;
+
+impl Near<'_> {
+    /// Whether the energy of a point may have changed.
+    pub(super) fn wants_energy(&self, point: usize) -> bool {
+        self.marks[point] >= ENERGY
+    }
+
+    /// Whether such an energy may need what a first pass leaves of a point.
+    pub(super) fn wants_pass(&self, point: usize) -> bool {
+        self.marks[point] >= PASS
+    }
+}
+
+/// Adds what points lose by the bonds that have broken to `breaking.dissipated`. `energy` gives a part of the energy
+/// per volume of the points near them; with `needs_pass` it depends on what a first pass leaves of neighbours.
+pub(super) fn book(
+    scene: &Scene<'_>,
+    breaking: &mut Breaking<'_>,
+    scratch: &mut [f64],
+    needs_pass: bool,
+    mut energy: impl FnMut(&Scene<'_>, &Near<'_>, EnergyPart, &mut [f64]),
+) {
+    let count = scene.places.len();
+    let (density, rest) = scratch.split_at_mut(count);
+    let (marks, rest) = rest.split_at_mut(count);
+    let (aside, midway) = rest.split_at_mut(count);
+    let broken = BondsView { intact: &*breaking.intact, ..scene.bonds };
+    scene.workers.sweep(count, PerPoint(&mut *marks, 1), |range, marks| {
+        for (mark, point) in marks.0.iter_mut().zip(range) {
+            let blocks = scene.families.blocks(point);
+            let changed = scene.bonds.intact[blocks.clone()] != broken.intact[blocks];
+            *mark = if changed { ENERGY } else { 0.0 };
+        }
+    });
+    if needs_pass {
+        spread(scene, marks, aside, ENERGY);
+        spread(scene, aside, marks, PASS);
+    }
+    let near = Near { marks };
+    let mut add = |displacement: &[f64], factor: f64| {
+        for (sign, bonds) in [(factor, scene.bonds), (-factor, broken)] {
+            let scene = Scene { bonds, displacement, ..*scene };
+            for part in [EnergyPart::Strain, EnergyPart::Stabilization] {
+                energy(&scene, &near, part, density);
+                for (dissipated, density) in breaking.dissipated.iter_mut().zip(&*density) {
+                    *dissipated += sign * density;
+                }
+            }
+        }
+    };
+    let Some(before) = breaking.before else { return add(scene.displacement, 1.0) };
+    for ((midway, before), now) in midway.iter_mut().zip(before).zip(scene.displacement) {
+        *midway = 0.5 * (before + now);
+    }
+    add(midway, 2.0);
+    add(before, -0.5);
+    add(scene.displacement, -0.5);
+}
+
+/// Marks the neighbours of points that have mark [`ENERGY`].
+fn spread(scene: &Scene<'_>, marks: &[f64], wider: &mut [f64], mark: f64) {
+    scene.workers.sweep(scene.places.len(), PerPoint(wider, 1), |range, wider| {
+        for (value, point) in wider.0.iter_mut().zip(range) {
+            let mut neighbors = scene.families.bonds(point);
+            *value =
+                if marks[point] < ENERGY && neighbors.any(|bond| marks[bond.neighbor] >= ENERGY) {
+                    mark
+                } else {
+                    marks[point]
+                };
+        }
+    });
 }
 
 /// Stretch of a bond; the same bits from both ends.

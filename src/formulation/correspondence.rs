@@ -174,7 +174,7 @@ pub(super) fn gradient_at<const D: usize>(
             }
         }
         weight += factor;
-        volume += link.volume;
+        volume += link.share * link.volume;
     }
     let gradient = Gradient::<D>::new(order, &moments, horizon);
     // sum w du (rows q)^T V
@@ -291,10 +291,11 @@ impl Passes for Correspondence {
         self.own(body, point).answer.energy
     }
 
+    fn has_penalty(&self) -> bool {
+        self.is_stabilised()
+    }
+
     fn stabilisation_at<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> f64 {
-        if !self.is_stabilised() {
-            return 0.0;
-        }
         let own = self.own(body, point);
         let penalty = self.penalty(point, &own);
         let (mut energy, gradient) = (0.0, seen(body, point, &own));
@@ -375,30 +376,4 @@ pub(super) fn add<const D: usize>(a: &mut Vector<D>, factor: f64, b: &Vector<D>)
     for (a, b) in a.iter_mut().zip(b) {
         *a += factor * b;
     }
-}
-
-/// K and N, M of [B]: sum w xi xi^T V, sum w eta xi^T V, sum w eta eta^T V.
-pub(super) fn moments<const D: usize>(
-    body: &Body<'_, D>,
-    point: usize,
-) -> (Tensor<D>, Tensor<D>, Tensor<D>) {
-    let (mut reference, mut mixed, mut deformed) = (zero(), zero(), zero());
-    for link in body.links(point) {
-        let (factor, now) = (link.own * link.volume, link.deformed());
-        add_outer(&mut reference, factor, &link.reference, &link.reference);
-        add_outer(&mut mixed, factor, &now, &link.reference);
-        add_outer(&mut deformed, factor, &now, &now);
-    }
-    (reference, mixed, deformed)
-}
-
-/// sum w du xi^T V = N - K and sum w du eta^T V = M - N^T, without the cancellation.
-pub(super) fn moved<const D: usize>(body: &Body<'_, D>, point: usize) -> (Tensor<D>, Tensor<D>) {
-    let (mut undeformed, mut deformed) = (zero(), zero());
-    for link in body.links(point) {
-        let factor = link.own * link.volume;
-        add_outer(&mut undeformed, factor, &link.moved, &link.reference);
-        add_outer(&mut deformed, factor, &link.moved, &link.deformed());
-    }
-    (undeformed, deformed)
 }

@@ -10,9 +10,10 @@
 
 use super::body::{Body, ByModel, Weights};
 use super::constants;
-use super::correspondence::{self, add};
+use super::correspondence::add;
 use super::gradient::Shape;
 use super::kinematics::Kinematics;
+use super::operators::Moments;
 use super::state_based::{Passes, StateBased};
 use super::{Formulation, FormulationEntry, Materials};
 use crate::error::Result;
@@ -73,13 +74,12 @@ struct Own<const D: usize> {
 
 impl Lagrangian {
     fn own<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> Own<D> {
-        let (reference, mixed, now) = correspondence::moments(body, point);
+        let Moments { reference, mixed, now, moved, moved_now } = Moments::new(body, point);
         let shape = Shape::new(&reference);
         let law = self.laws.at(point);
         let spans = shape.rank == D;
-        let (moved, moved_deformed) = correspondence::moved(body, point);
         let gradient = if self.deformed && spans {
-            product(&moved_deformed, &inverse(&transposed(&mixed)))
+            product(&moved_now, &inverse(&transposed(&mixed)))
         } else {
             product(&moved, &shape.inverse)
         };

@@ -16,9 +16,10 @@ mod ordinary_state_based;
 mod state_based;
 mod surface;
 
+pub(crate) use body::Weights;
 pub(crate) use kinematics::Kinematics;
-pub(crate) use operators::Derivative;
 pub use operators::Operator;
+pub(crate) use operators::{Derivative, ShapeTensor, differentiate, shape_tensors};
 
 use crate::damage::{BondsView, Breaking};
 use crate::error::{Error, Result};
@@ -136,8 +137,8 @@ pub(crate) trait Formulation: Send + Sync {
         Ok(())
     }
 
-    /// Numbers that a sweep for forces or energies writes aside.
-    fn scratch(&self, _points: usize, _blocks: usize, _dimension: usize) -> usize {
+    /// Numbers that a sweep for forces or energies writes aside; `breaks`: bonds may break in one.
+    fn scratch(&self, _points: usize, _blocks: usize, _dimension: usize, _breaks: bool) -> usize {
         0
     }
 
@@ -169,8 +170,8 @@ pub(crate) trait Formulation: Send + Sync {
         read: &Read<'_>,
     );
 
-    /// The derivative of a field at all points, over the formulation's weights.
-    fn differentiate(&self, scene: &Scene<'_>, derivative: &Derivative<'_>, result: &mut [f64]);
+    /// How much bonds count in a family.
+    fn weights(&self) -> &Weights;
 
     /// A bound, per point, on what the bonds still intact can add to the squared frequency of the body,
     /// times the density: (omega/2)^2 rho. It holds at any displacement. False where there is none.

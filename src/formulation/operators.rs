@@ -10,9 +10,8 @@
 
 use super::Scene;
 use super::body::{Body, Weights};
-use super::correspondence;
 use super::gradient::Shape;
-use crate::tensor::{applied, inverse, transposed};
+use crate::tensor::{Tensor, add_outer, applied, inverse, sum, transposed, zero};
 use crate::workers::PerPoint;
 
 /// What a field is differentiated by, and with which bonds.
@@ -41,7 +40,7 @@ pub(crate) struct Derivative<'a> {
 }
 
 /// The derivative at all points: components x D numbers a point, of a divergence components / D.
-pub(super) fn differentiate(
+pub(crate) fn differentiate(
     scene: &Scene<'_>,
     weights: &Weights,
     derivative: &Derivative<'_>,
@@ -74,7 +73,7 @@ fn at_point<const D: usize>(
     derivative: &Derivative<'_>,
     result: &mut [f64],
 ) {
-    let (reference, mixed, now) = correspondence::moments(body, point);
+    let Moments { reference, mixed, now, .. } = Moments::new(body, point);
     let shape = Shape::new(&reference);
     let spans = shape.rank == D;
     let (matrix, deformed) = match derivative.operator {
@@ -101,5 +100,78 @@ fn at_point<const D: usize>(
                 result.iter_mut().zip(&h).for_each(|(sum, h)| *sum += difference * h);
             }
         }
+    }
+}
+
+/// Which tensor of a family.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ShapeTensor {
+    /// K
+    Reference,
+    /// N
+    Mixed,
+    /// M
+    Now,
+}
+
+/// A tensor of each point's family: D x D numbers a point.
+pub(crate) fn shape_tensors(
+    scene: &Scene<'_>,
+    weights: &Weights,
+    tensor: ShapeTensor,
+    result: &mut [f64],
+) {
+    match scene.dimension {
+        3 => sweep_tensors::<3>(scene, weights, tensor, result),
+        _ => sweep_tensors::<2>(scene, weights, tensor, result),
+    }
+}
+
+fn sweep_tensors<const D: usize>(
+    scene: &Scene<'_>,
+    weights: &Weights,
+    tensor: ShapeTensor,
+    result: &mut [f64],
+) {
+    let body = Body::<D>::new(scene, weights);
+    scene.workers.sweep(scene.places.len(), PerPoint(result, D * D), |range, result| {
+        for (result, point) in result.0.chunks_exact_mut(D * D).zip(range) {
+            let moments = Moments::new(&body, point);
+            let chosen = match tensor {
+                ShapeTensor::Reference => moments.reference,
+                ShapeTensor::Mixed => moments.mixed,
+                ShapeTensor::Now => moments.now,
+            };
+            result.copy_from_slice(chosen.as_flattened());
+        }
+    });
+}
+
+/// The tensors of a family, and what their differences are made of without cancellation.
+pub(super) struct Moments<const D: usize> {
+    /// K = sum w xi xi^T V
+    pub(super) reference: Tensor<D>,
+    /// N = sum w eta xi^T V
+    pub(super) mixed: Tensor<D>,
+    /// M = sum w eta eta^T V
+    pub(super) now: Tensor<D>,
+    /// N - K = sum w du xi^T V
+    pub(super) moved: Tensor<D>,
+    /// M - N^T = sum w du eta^T V
+    pub(super) moved_now: Tensor<D>,
+}
+
+impl<const D: usize> Moments<D> {
+    pub(super) fn new(body: &Body<'_, D>, point: usize) -> Self {
+        let (mut reference, mut moved, mut moved_now) = (zero(), zero(), zero());
+        for link in body.links(point) {
+            let factor = link.own * link.volume;
+            add_outer(&mut reference, factor, &link.reference, &link.reference);
+            add_outer(&mut moved, factor, &link.moved, &link.reference);
+            add_outer(&mut moved_now, factor, &link.moved, &link.deformed());
+        }
+        let mixed = sum(&reference, &moved);
+        let now = sum(&transposed(&mixed), &moved_now);
+        Self { reference, mixed, now, moved, moved_now }
     }
 }

@@ -7,11 +7,9 @@ use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::{Body, Weights};
-use super::{
-    Derivative, EnergyPart, Formulation, Kinematics, Materials, Read, Scene, breaking, operators,
-    surface,
-};
-use crate::damage::{BondsView, Breaking};
+use super::breaking::Near;
+use super::{EnergyPart, Formulation, Kinematics, Materials, Read, Scene, breaking, surface};
+use crate::damage::Breaking;
 use crate::error::Result;
 use crate::families::{LANES, Property};
 use crate::model::Plane;
@@ -99,7 +97,12 @@ pub(super) trait Passes: Send + Sync {
     /// energies need it.
     fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, scratch: &[f64]) -> f64;
 
-    /// Energy per volume of the penalty on modes that the material does not see.
+    /// Whether there is a penalty on modes that the material does not see.
+    fn has_penalty(&self) -> bool {
+        false
+    }
+
+    /// Energy per volume of that penalty.
     fn stabilisation_at<const D: usize>(&self, _body: &Body<'_, D>, _point: usize) -> f64 {
         0.0
     }
@@ -162,7 +165,7 @@ impl<P: Passes> StateBased<P> {
         }
         let width = passes.width(D);
         let (first, second) = scratch.split_at_mut(count * width);
-        let bad = self.first_pass(&body, first);
+        let bad = self.first_pass(&body, first, None);
         let left = if passes.has_second() {
             let first = &*first;
             scene.workers.sweep(count, PerPoint(&mut *second, width), |range, result| {
@@ -233,13 +236,22 @@ impl<P: Passes> StateBased<P> {
         (found != usize::MAX).then_some(found)
     }
 
-    /// Runs the first pass; gives the first point where what it leaves is not to be used.
-    fn first_pass<const D: usize>(&self, body: &Body<'_, D>, left: &mut [f64]) -> AtomicUsize {
+    /// Runs the first pass, of all points or those that `near` wants; gives the first point where what it
+    /// leaves is not to be used.
+    fn first_pass<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        left: &mut [f64],
+        near: Option<&Near<'_>>,
+    ) -> AtomicUsize {
         let (passes, width) = (&self.passes, self.passes.width(D));
         let bad = AtomicUsize::new(usize::MAX);
         let count = body.scene.places.len();
         body.scene.workers.sweep(count, PerPoint(left, width), |range, left| {
             for (place, point) in range.enumerate() {
+                if near.is_some_and(|near| !near.wants_pass(point)) {
+                    continue;
+                }
                 let own = &mut left.0[place * width..(place + 1) * width];
                 if !passes.prepare_point(body, point, own) {
                     bad.fetch_min(point, Ordering::Relaxed);
@@ -255,15 +267,20 @@ impl<P: Passes> StateBased<P> {
         scratch: &mut [f64],
         density: &mut [f64],
         part: EnergyPart,
+        near: Option<&Near<'_>>,
     ) {
         let body = Body::<D>::new(scene, self.passes.weights());
         let left = &mut scratch[..scene.places.len() * self.passes.width(D)];
         if part == EnergyPart::Strain && self.passes.energy_needs_pass() {
-            self.first_pass(&body, left);
+            self.first_pass(&body, left, near);
         }
         let left = &*left;
         scene.workers.sweep(scene.places.len(), PerPoint(density, 1), |range, density| {
             for (value, point) in density.0.iter_mut().zip(range) {
+                if near.is_some_and(|near| !near.wants_energy(point)) {
+                    *value = 0.0;
+                    continue;
+                }
                 *value = match part {
                     EnergyPart::Strain => self.passes.energy_at(&body, point, left),
                     EnergyPart::Stabilization => self.passes.stabilisation_at(&body, point),
@@ -290,7 +307,7 @@ impl<P: Passes> StateBased<P> {
     ) {
         let (body, count) = (Body::<D>::new(scene, self.passes.weights()), scene.places.len());
         let left = &mut scratch[..count * self.passes.width(D)];
-        self.first_pass(&body, left);
+        self.first_pass(&body, left, None);
         let (left, width) = (&*left, values.len() / count);
         scene.workers.sweep(count, PerPoint(values, width), |range, values| {
             for (values, point) in values.0.chunks_exact_mut(width).zip(range) {
@@ -299,23 +316,21 @@ impl<P: Passes> StateBased<P> {
         });
     }
 
-    /// Breaks the bonds that the rule condemns; what points lose is the energy that they have at this
-    /// displacement with these bonds and without.
+    /// Breaks the bonds that the rule condemns, and books what points lose by it.
     fn break_bonds(&self, scene: &Scene<'_>, scratch: &mut [f64], breaking: &mut Breaking<'_>) {
         if !breaking::break_stretched(scene, breaking) {
             return;
         }
-        let (density, scratch) = scratch.split_at_mut(scene.places.len());
-        let broken = BondsView { intact: &*breaking.intact, ..scene.bonds };
-        for (sign, bonds) in [(1.0, scene.bonds), (-1.0, broken)] {
-            let scene = Scene { bonds, ..*scene };
-            for part in [EnergyPart::Strain, EnergyPart::Stabilization] {
-                self.energy_density(&scene, scratch, density, part);
-                for (dissipated, density) in breaking.dissipated.iter_mut().zip(&*density) {
-                    *dissipated += sign * density;
-                }
+        let room = breaking::room(scene.places.len(), scene.dimension);
+        let (own, scratch) = scratch.split_at_mut(room);
+        let needs_pass = self.passes.energy_needs_pass();
+        breaking::book(scene, breaking, own, needs_pass, |scene, near, part, density| {
+            match (part, scene.dimension) {
+                (EnergyPart::Stabilization, _) if !self.passes.has_penalty() => density.fill(0.0),
+                (_, 3) => self.energies::<3>(scene, scratch, density, part, Some(near)),
+                _ => self.energies::<2>(scene, scratch, density, part, Some(near)),
             }
-        }
+        });
     }
 }
 
@@ -327,7 +342,7 @@ impl<P: Passes> Formulation for StateBased<P> {
         let (points, blocks) = (scene.places.len(), scene.families.block_count());
         let mut scratch = crate::memory::filled(
             0.0,
-            self.scratch(points, blocks, scene.dimension),
+            self.scratch(points, blocks, scene.dimension, false),
             "surface factors",
         )?;
         let factors = surface::factors(
@@ -342,10 +357,11 @@ impl<P: Passes> Formulation for StateBased<P> {
         Ok(())
     }
 
-    fn scratch(&self, points: usize, blocks: usize, dimension: usize) -> usize {
+    fn scratch(&self, points: usize, blocks: usize, dimension: usize, breaks: bool) -> usize {
         let passes = 1 + usize::from(self.passes.has_second());
         let lanes = blocks * LANES * self.passes.lane_width(dimension);
-        points * (1 + passes * self.passes.width(dimension)) + lanes
+        let room = if breaks { breaking::room(points, dimension) } else { 0 };
+        points * passes * self.passes.width(dimension) + lanes + room
     }
 
     fn force(
@@ -377,9 +393,10 @@ impl<P: Passes> Formulation for StateBased<P> {
         density: &mut [f64],
         part: EnergyPart,
     ) {
-        match scene.dimension {
-            3 => self.energies::<3>(scene, scratch, density, part),
-            _ => self.energies::<2>(scene, scratch, density, part),
+        match (part, scene.dimension) {
+            (EnergyPart::Stabilization, _) if !self.passes.has_penalty() => density.fill(0.0),
+            (_, 3) => self.energies::<3>(scene, scratch, density, part, None),
+            _ => self.energies::<2>(scene, scratch, density, part, None),
         }
     }
 
@@ -396,8 +413,8 @@ impl<P: Passes> Formulation for StateBased<P> {
         }
     }
 
-    fn differentiate(&self, scene: &Scene<'_>, derivative: &Derivative<'_>, result: &mut [f64]) {
-        operators::differentiate(scene, self.passes.weights(), derivative, result);
+    fn weights(&self) -> &Weights {
+        self.passes.weights()
     }
 
     fn stiffness_bound(&self, _: &Scene<'_>, _: &mut [f64]) -> bool {
@@ -414,10 +431,11 @@ impl<P: Passes> Formulation for StateBased<P> {
     fn conventional_stiffness(&self, scene: &Scene<'_>, stiffness: &mut [f64]) {
         scene.workers.sweep(scene.places.len(), PerPoint(stiffness, 1), |range, sums| {
             for (sum, point) in sums.0.iter_mut().zip(range) {
-                let own = scene.families.bonds(point);
-                let own = own.filter(|bond| scene.families.owns(point, bond.length));
-                *sum = own.map(|bond| scene.places[bond.neighbor][3] / bond.length).sum::<f64>()
-                    * self.bond_constants.at(point);
+                let own = scene.families.bonds(point).map(|bond| {
+                    let volume = scene.families.share(point, bond) * scene.places[bond.neighbor][3];
+                    volume / bond.length
+                });
+                *sum = own.sum::<f64>() * self.bond_constants.at(point);
             }
         });
     }

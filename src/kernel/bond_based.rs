@@ -310,8 +310,8 @@ pub(crate) struct Various<'a> {
 
 impl Various<'_> {
     #[inline(always)]
-    fn constant(&self, point: usize, length: f64) -> f64 {
-        if self.families.owns(point, length) { self.bond_constants.at(point) } else { 0.0 }
+    fn constant(&self, point: usize, neighbor: usize, length: f64) -> f64 {
+        self.families.reach.share(point, neighbor, length) * self.bond_constants.at(point)
     }
 
     /// Integrity of a bond, and with it what the surface adds.
@@ -324,13 +324,16 @@ impl Various<'_> {
     /// Bond constant times integrity that acts between both ends of one bond.
     pub(crate) fn stiffness_of(&self, point: usize, bond: Bond) -> f64 {
         let Bond { slot, neighbor, length } = bond;
-        let mean = 0.5 * (self.constant(point, length) + self.constant(neighbor, length));
+        let (own, other) =
+            (self.constant(point, neighbor, length), self.constant(neighbor, point, length));
+        let mean = 0.5 * (own + other);
         mean * self.integrity(slot)
     }
 
-    /// Bond constant of the point's own material, whatever the bond's integrity; 0 outside its horizon.
+    /// Bond constant of the point's own material, whatever the bond's integrity; less in the rim of its
+    /// horizon, 0 outside.
     pub(crate) fn own_constant(&self, point: usize, bond: Bond) -> f64 {
-        self.constant(point, bond.length)
+        self.constant(point, bond.neighbor, bond.length)
     }
 }
 

@@ -44,7 +44,7 @@ const fn number(name: &'static str, default: &'static str, description: &'static
 }
 
 /// The list of all keys.
-pub const KEYS: [Key; 21] = [
+pub const KEYS: [Key; 22] = [
     number("density", "", "mass per volume; must be given"),
     number(
         "horizon",
@@ -122,6 +122,15 @@ pub const KEYS: [Key; 21] = [
                       follows the axes",
         default: "none",
         kind: Kind::Choice("none|energy"),
+    },
+    Key {
+        name: "partial_volume",
+        description: "how much of a neighbour at the rim of the horizon counts: none, all of it or nothing; or \
+                      linear: with h the mean edge of both points' cells, the part (horizon + h/2 - L)/h of \
+                      its volume, and families reach h/2 farther; none, because it costs bonds and 3.015 \
+                      spacings leave no point at the rim of a lattice",
+        default: "none",
+        kind: Kind::Choice("none|linear"),
     },
     Key {
         name: "force_form",

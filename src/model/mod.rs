@@ -161,6 +161,20 @@ impl Model {
         self.choice("surface_correction") == Some("energy")
     }
 
+    pub(crate) fn has_partial_volume(&self) -> bool {
+        self.choice("partial_volume") == Some("linear")
+    }
+
+    /// The first key of those that all models of a simulation share in which two differ.
+    pub(crate) fn differs_from(&self, other: &Self) -> Option<&'static str> {
+        const SHARED: [&str; 5] =
+            ["divergence", "operator_bonds", "force_form", "surface_correction", "partial_volume"];
+        if self.gradient_order() != other.gradient_order() {
+            return Some("gradient_order");
+        }
+        SHARED.into_iter().find(|key| self.choice(key) != other.choice(key))
+    }
+
     pub(crate) fn is_literal(&self) -> bool {
         self.choice("force_form") == Some("literal")
     }

@@ -5,7 +5,7 @@
 
 use crate::damage::{BondState, BreakRule, Interface};
 use crate::error::{Result, argument};
-use crate::families::{self, Families, Place, Property};
+use crate::families::{self, Families, Place, Property, Rim};
 use crate::formulation::{Formulation, Materials, Scene};
 use crate::memory;
 use crate::model::{Damage, Model};
@@ -57,7 +57,8 @@ impl Plan {
             materials.property(|model, _| Ok(number(model, "thickness")), "thicknesses")?;
         let places = places(points, &thickness)?;
         let farthest = points.order().farthest;
-        let families = families::find(workers, dimension, &places, &horizons, farthest)?;
+        let rim = rim(points, &models[0], &horizons)?;
+        let families = families::find(workers, dimension, &places, &horizons, rim, farthest)?;
         refuse_bonds_without_length(points, &families)?;
         let formulation = (models[0].formulation().prepare)(&materials)?;
         let rule = rule(&materials, &families, requests)?;
@@ -71,7 +72,8 @@ impl Plan {
 
     /// Numbers that a sweep for forces or energies writes aside.
     pub(crate) fn scratch(&self) -> usize {
-        self.formulation.scratch(self.count(), self.families.block_count(), self.dimension)
+        let breaks = self.rule.is_some();
+        self.formulation.scratch(self.count(), self.families.block_count(), self.dimension, breaks)
     }
 
     /// The body at a displacement.
@@ -149,6 +151,23 @@ fn horizons(points: &Points, models: &[Model], model_of: &[u16]) -> Result<Prope
     }
     let of = |&index: &u16| number(&models[index as usize], "horizon");
     Ok(Property::PerPoint(memory::collected(model_of.iter().map(of), "horizons")?))
+}
+
+/// Where neighbours at the rim of the horizon count in part: the horizons, and the edges of the points' cells.
+fn rim(points: &Points, model: &Model, horizons: &Property) -> Result<Option<Rim>> {
+    if !model.has_partial_volume() {
+        return Ok(None);
+    }
+    let (volumes, dimension) = (points.volumes(), points.dimension() as f64);
+    let edge = |volume: f64| volume.powf(1.0 / dimension);
+    let edges = if volumes.iter().all(|&volume| volume == volumes[0]) {
+        Property::Uniform(edge(volumes[0]))
+    } else {
+        let order = points.order();
+        let each = order.host.iter().map(|&point| edge(volumes[point as usize]));
+        Property::PerPoint(memory::collected(each, "cells")?)
+    };
+    Ok(Some(Rim { horizons: horizons.copied()?, edges }))
 }
 
 fn places(points: &Points, thickness: &Property) -> Result<Vec<Place>> {

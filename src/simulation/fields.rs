@@ -56,11 +56,17 @@ pub enum Field {
     NeighborCount,
     /// Time step by the field's usual formula [P 3.58], a time; not a bound.
     TimeStepEstimate,
+    /// K = sum w xi xi^T V over the family, row after row; xi the bond in the reference configuration.
+    ShapeTensor,
+    /// N = sum w eta xi^T V, row after row; eta the bond as it is now. F = N K^-1.
+    MixedShapeTensor,
+    /// M = sum w eta eta^T V, row after row.
+    DeformedShapeTensor,
 }
 
 impl Field {
     /// All fields.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 26] = [
         Self::ReferencePosition,
         Self::Position,
         Self::Displacement,
@@ -84,6 +90,9 @@ impl Field {
         Self::Dilatation,
         Self::NeighborCount,
         Self::TimeStepEstimate,
+        Self::ShapeTensor,
+        Self::MixedShapeTensor,
+        Self::DeformedShapeTensor,
     ];
 
     /// The name in files.
@@ -112,6 +121,9 @@ impl Field {
             Self::Dilatation => "dilatation",
             Self::NeighborCount => "neighbor_count",
             Self::TimeStepEstimate => "time_step_estimate",
+            Self::ShapeTensor => "shape_tensor",
+            Self::MixedShapeTensor => "mixed_shape_tensor",
+            Self::DeformedShapeTensor => "deformed_shape_tensor",
         }
     }
 
@@ -151,7 +163,10 @@ impl Field {
             Self::DeformationGradient
             | Self::Strain
             | Self::FirstPiolaStress
-            | Self::CauchyStress => dimension * dimension,
+            | Self::CauchyStress
+            | Self::ShapeTensor
+            | Self::MixedShapeTensor
+            | Self::DeformedShapeTensor => dimension * dimension,
             _ => 1,
         }
     }

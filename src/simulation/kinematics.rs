@@ -4,7 +4,7 @@ use super::fields::PURPOSE;
 use super::setup::Built;
 use super::{Field, Simulation};
 use crate::error::{Error, Result};
-use crate::formulation::Kinematics;
+use crate::formulation::{Kinematics, ShapeTensor, shape_tensors};
 use crate::memory;
 use crate::tensor::Tensor;
 
@@ -22,10 +22,14 @@ impl Simulation {
         let scene = plan.scene(workers, bonds, &self.state.current.displacement);
         let width = field.components(dimension);
         let mut values = memory::filled(0.0, self.points.count() * width, PURPOSE)?;
-        let mut scratch = memory::filled(0.0, plan.scratch(), PURPOSE)?;
-        plan.formulation.kinematics(&scene, &mut scratch, &mut values, &|at, values| {
-            read(field, dimension, at, values);
-        });
+        if let Some(tensor) = shape_tensor(field) {
+            shape_tensors(&scene, plan.formulation.weights(), tensor, &mut values);
+        } else {
+            let mut scratch = memory::filled(0.0, plan.scratch(), PURPOSE)?;
+            plan.formulation.kinematics(&scene, &mut scratch, &mut values, &|at, values| {
+                read(field, dimension, at, values);
+            });
+        }
         match values.iter().position(|value| !value.is_finite()) {
             Some(place) => Err(Error::Numeric(format!(
                 "{} of point {} is not finite: the body is crushed to nothing there, or the material \
@@ -35,6 +39,16 @@ impl Simulation {
             ))),
             None => Ok(values),
         }
+    }
+}
+
+/// The tensor of the families that a field is.
+fn shape_tensor(field: Field) -> Option<ShapeTensor> {
+    match field {
+        Field::ShapeTensor => Some(ShapeTensor::Reference),
+        Field::MixedShapeTensor => Some(ShapeTensor::Mixed),
+        Field::DeformedShapeTensor => Some(ShapeTensor::Now),
+        _ => None,
     }
 }
 

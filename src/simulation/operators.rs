@@ -3,7 +3,7 @@
 use super::Simulation;
 use super::setup::Built;
 use crate::error::{Error, Result, argument};
-use crate::formulation::{Derivative, Operator};
+use crate::formulation::{Derivative, Operator, differentiate};
 use crate::memory;
 
 const PURPOSE: &str = "operators";
@@ -87,7 +87,7 @@ impl Simulation {
         let mut result = memory::filled(0.0, total, PURPOSE)?;
         let scene = plan.scene(workers, bonds, &self.state.current.displacement);
         let derivative = Derivative { operator, field: &inner, components, divergence };
-        plan.formulation.differentiate(&scene, &derivative, &mut result);
+        differentiate(&scene, plan.formulation.weights(), &derivative, &mut result);
         if let Some(place) = result.iter().position(|value| !value.is_finite()) {
             return Err(Error::Numeric(format!(
                 "the derivative at point {} is not finite: the body is crushed to nothing there, or the field \

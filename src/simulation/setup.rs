@@ -61,14 +61,10 @@ impl Simulation {
                     .into(),
             ));
         }
-        if first.gradient_order() != model.gradient_order()
-            || first.is_strong() != model.is_strong()
-        {
-            return Err(Error::Unsupported(
-                "the model's 'gradient_order' or 'divergence' differs from that of the simulation; all \
-                 models share both"
-                    .into(),
-            ));
+        if let Some(key) = first.differs_from(model) {
+            return Err(Error::Unsupported(format!(
+                "the model's '{key}' differs from that of the simulation; all models share it"
+            )));
         }
         self.points.set_size(set)?;
         if self.models.len() > u16::MAX as usize {

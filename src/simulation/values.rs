@@ -55,11 +55,13 @@ impl Simulation {
             | Field::CauchyStress
             | Field::Stress33
             | Field::VonMisesStress
-            | Field::Dilatation => Cow::Owned(self.kinematics(field)?),
+            | Field::Dilatation
+            | Field::ShapeTensor
+            | Field::MixedShapeTensor
+            | Field::DeformedShapeTensor => Cow::Owned(self.kinematics(field)?),
             Field::NeighborCount => self.per_point(|built, point| {
                 let families = &built.plan.families;
-                families.bonds(point).filter(|bond| families.owns(point, bond.length)).count()
-                    as f64
+                families.bonds(point).filter(|bond| families.owns(point, *bond)).count() as f64
             })?,
             Field::TimeStepEstimate => {
                 let mut values = self.swept(|built, values| {

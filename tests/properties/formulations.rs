@@ -6,7 +6,9 @@
 mod affine;
 mod degenerate;
 mod energies;
+mod ledger;
 mod motion;
+mod partial_volume;
 
 use perion::{Field, Model, Simulation};
 
@@ -66,6 +68,8 @@ pub struct Body {
     /// Influence function of each material.
     pub influences: [&'static str; 2],
     pub law: &'static str,
+    /// Points at the rim of the horizon count in part.
+    pub partial_volume: bool,
 }
 
 /// Poisson's ratio of each material, where the formulation leaves the choice.
@@ -73,7 +77,7 @@ pub const RATIOS: [f64; 2] = [0.31, 0.18];
 
 pub const INFLUENCES: [&str; 4] = ["constant", "inverse", "conical", "cubic_spline"];
 
-/// Bodies in 3D, plane strain and plane stress; each kind of influence function, horizon and law is among them.
+/// Bodies in 3D, plane strain and plane stress; each kind of influence function, horizon, rim and law is among them.
 pub fn bodies() -> Vec<Body> {
     let mut bodies = Vec::new();
     for number in 0..12 {
@@ -94,6 +98,7 @@ pub fn bodies() -> Vec<Body> {
             scene: recipe.scene(),
             influences: [INFLUENCES[(turn + state) % 4], INFLUENCES[turn % 4]],
             law: ["saint_venant_kirchhoff", "neo_hookean"][(turn / 2 + state) % 2],
+            partial_volume: (state + 2 * turn) % 5 == 1,
         });
     }
     bodies
@@ -124,6 +129,9 @@ impl Body {
         }
         if form.has_law() {
             model.choose("material", self.law).unwrap();
+        }
+        if self.partial_volume {
+            model.choose("partial_volume", "linear").unwrap();
         }
         if form.order != 1 {
             model.set("gradient_order", f64::from(form.order)).unwrap();
@@ -183,7 +191,12 @@ pub fn body_at(dimension: usize, coordinates: Vec<f64>, horizon: f64) -> Body {
     (scene.spacing, scene.coordinates, scene.volumes) = (1.0, coordinates, vec![1.0; count]);
     scene.ends = [vec![0], vec![count - 1]];
     scene.materials[0] = Material { density: 1.3, youngs_modulus: 1.7, horizon, thickness: 1.0 };
-    Body { scene, influences: ["constant"; 2], law: "saint_venant_kirchhoff" }
+    Body {
+        scene,
+        influences: ["constant"; 2],
+        law: "saint_venant_kirchhoff",
+        partial_volume: false,
+    }
 }
 
 /// Places of a lattice with spacing 1.

@@ -93,6 +93,31 @@ fn applied(rows: &[[f64; 3]], x: &[f64]) -> Vec<f64> {
 }
 
 #[test]
+fn shape_tensors_of_an_affine_motion_are_those_of_the_reference_body_moved_along() {
+    let positions = lattice([5, 4, 4]);
+    for entry in &perion::FORMULATIONS {
+        let mut body = simulation(entry.name, &positions);
+        let now: Vec<f64> = positions.chunks_exact(3).flat_map(|x| applied(&F, x)).collect();
+        body.set(Field::Position, &now).unwrap();
+        body.break_bonds(&[[0, 1], [22, 23], [22, 27]]).unwrap();
+        let [reference, mixed, deformed] =
+            [Field::ShapeTensor, Field::MixedShapeTensor, Field::DeformedShapeTensor]
+                .map(|field| body.get(field).unwrap());
+        // N = F K and M = F K F^T = F N^T, of which columns and rows are vectors. K is symmetric.
+        let transposed = |tensors: &[f64]| -> Vec<f64> {
+            tensors.chunks_exact(9).flat_map(|t| (0..9).map(|n| t[n % 3 * 3 + n / 3])).collect()
+        };
+        let moved = |tensors: &[f64]| -> Vec<f64> {
+            tensors.chunks_exact(3).flat_map(|row| applied(&F, row)).collect()
+        };
+        let expected = transposed(&moved(&reference));
+        assert_close(&format!("N of {}", entry.name), &mixed, &expected, 1e-14);
+        let expected = moved(&mixed);
+        assert_close(&format!("M of {}", entry.name), &deformed, &expected, 1e-14);
+    }
+}
+
+#[test]
 fn affine_fields_have_their_slope_in_every_formulation_and_form() {
     let positions = lattice([5, 4, 4]);
     for entry in &perion::FORMULATIONS {

@@ -70,9 +70,16 @@ pub const PERION_FIELD_DILATATION: perion_field = 22;
 pub const PERION_FIELD_NEIGHBOR_COUNT: perion_field = 23;
 /// Time step by the usual formula, a time; not a bound.
 pub const PERION_FIELD_TIME_STEP_ESTIMATE: perion_field = 24;
+/// Shape tensor K = sum w xi xi^T V over a point's family (Bergel and Li), xi the bond in the reference
+/// configuration and w its weight, broken bonds left out; a tensor.
+pub const PERION_FIELD_SHAPE_TENSOR: perion_field = 25;
+/// N = sum w eta xi^T V with eta the bond as it is now: F = N K^-1; a tensor.
+pub const PERION_FIELD_MIXED_SHAPE_TENSOR: perion_field = 26;
+/// M = sum w eta eta^T V; a tensor.
+pub const PERION_FIELD_DEFORMED_SHAPE_TENSOR: perion_field = 27;
 
 /// The constants of [`Field::ALL`].
-const NUMBERS: [perion_field; 23] = [
+const NUMBERS: [perion_field; 26] = [
     PERION_FIELD_REFERENCE_POSITION,
     PERION_FIELD_POSITION,
     PERION_FIELD_DISPLACEMENT,
@@ -96,6 +103,9 @@ const NUMBERS: [perion_field; 23] = [
     PERION_FIELD_DILATATION,
     PERION_FIELD_NEIGHBOR_COUNT,
     PERION_FIELD_TIME_STEP_ESTIMATE,
+    PERION_FIELD_SHAPE_TENSOR,
+    PERION_FIELD_MIXED_SHAPE_TENSOR,
+    PERION_FIELD_DEFORMED_SHAPE_TENSOR,
 ];
 
 pub(super) fn field_of(field: perion_field) -> Result<Field, Failure> {

@@ -20,7 +20,12 @@ fn large(dimension: usize) -> Body {
         seed: 61,
     };
     let scene = recipe.scene();
-    Body { scene, influences: ["conical", "constant"], law: "saint_venant_kirchhoff" }
+    Body {
+        scene,
+        influences: ["conical", "constant"],
+        law: "saint_venant_kirchhoff",
+        partial_volume: false,
+    }
 }
 
 /// The bits of all there is after 20 steps, and how much broke; `known`: the stable step, if it is not asked for.
