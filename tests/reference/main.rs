@@ -10,6 +10,7 @@
 )]
 
 mod constants;
+mod convergence;
 mod data;
 mod formulations;
 mod influence;
