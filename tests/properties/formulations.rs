@@ -4,9 +4,12 @@
 //! A tolerance is for the worst formulation on the worst body; what was measured stands beside it.
 
 mod affine;
+mod controls;
 mod degenerate;
 mod energies;
 mod motion;
+mod smoothed;
+mod zigzag;
 
 use perion::{Field, Model, Simulation};
 
