@@ -12,6 +12,7 @@
 mod constants;
 mod convergence;
 mod data;
+mod energy_release;
 mod formulations;
 mod influence;
 mod invariants;
