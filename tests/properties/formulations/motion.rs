@@ -31,21 +31,19 @@ fn variants(dimension: usize) -> Vec<Variant> {
     let form = |name, order| Form { name, order };
     let strong = ("divergence", "strong");
     let mut variants: Vec<Variant> = forms(dimension).map(|form| (form, &[][..])).collect();
-    variants.extend::<[Variant; 11]>([
+    variants.extend::<[Variant; 9]>([
         (form("correspondence", 1), &[("divergence", "strong")]),
         (form("correspondence", 2), &[("divergence", "strong")]),
         (form("bond_associated", 1), &[("force_form", "literal")]),
-        (form("total_lagrangian", 1), &[]),
         (form("total_lagrangian", 1), &[("operator_bonds", "deformed")]),
         (form("total_lagrangian", 1), &[("divergence", "strong")]),
         (form("total_lagrangian", 1), &[("operator_bonds", "deformed"), ("divergence", "strong")]),
-        (form("updated_lagrangian", 1), &[]),
-        (form("updated_lagrangian", 1), &[("operator_bonds", "undeformed")]),
-        (form("updated_lagrangian", 1), &[("divergence", "strong")]),
+        (form("updated_lagrangian", 1), &[("operator_bonds", "deformed")]),
         (
             form("updated_lagrangian", 1),
-            &[("operator_bonds", "undeformed"), ("divergence", "strong")],
+            &[("operator_bonds", "deformed"), ("divergence", "strong")],
         ),
+        (form("updated_lagrangian", 1), &[("divergence", "strong")]),
     ]);
     let names =
         variants.iter().map(|(form, _)| form.name).collect::<std::collections::BTreeSet<_>>();
