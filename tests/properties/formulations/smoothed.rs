@@ -10,8 +10,11 @@ use crate::scene::bonds;
 
 type Matrix = [[f64; 3]; 3];
 
-/// Slope W'(L) of a kernel with a support, and the influence function that it stands for.
-const KERNELS: [(&str, fn(f64, f64) -> f64); 4] = [
+/// W'(L) of a kernel with a support.
+type Slope = fn(f64, f64) -> f64;
+
+/// Kernels, with the influence function that each stands for.
+const KERNELS: [(&str, Slope); 4] = [
     // W = c (support^2 - L^2)/2, c = 1
     ("constant", |length, _| -length),
     // W = support (support - L)
@@ -72,7 +75,7 @@ fn stress(f: &Matrix, lambda: f64, mu: f64) -> Matrix {
 fn smoothed(
     body: &Body,
     neighbors: &[Vec<usize>],
-    slope: fn(f64, f64) -> f64,
+    slope: Slope,
     moved: &[f64],
     [lambda, mu]: [f64; 2],
 ) -> [Vec<f64>; 2] {
