@@ -16,4 +16,5 @@ mod compilers;
 mod checkerboard;
 mod specimen;
 mod twins;
+mod twist;
 mod wave;
