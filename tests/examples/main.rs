@@ -13,6 +13,7 @@ mod common;
 #[allow(dead_code)]
 mod compilers;
 
+mod bend;
 mod checkerboard;
 mod specimen;
 mod twins;
