@@ -17,7 +17,7 @@
 //! [output file, twist_rust.pvd]`, and for pictures
 //! `cargo run --release --example picture -- twist_rust.csv curve.png --curve` and
 //! `cargo run --release --example picture -- twist_rust_000010.vtu bar.png --field reference_position.x
-//! --view 30 25 --up x`
+//! --view 30 25 --right z`
 //!
 //! In order: points and sets, model, simulation, a state set by hand, conditions, step, results. Units are
 //! m, s and kg. The same program stands beside this one in C and in Fortran; all three print the same hash.
