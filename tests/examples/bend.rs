@@ -3,21 +3,21 @@
 
 #[path = "../../examples/bend/main.rs"]
 #[allow(dead_code)]
-mod bend;
+mod example;
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-use bend::{LENGTH, RADIUS, Record, WIDTH};
+use example::{LENGTH, RADIUS, Record, WIDTH};
 
 use crate::twins::{compare_twins, rust_side};
 
 const ACROSS: usize = 3;
 const SPACING: f64 = WIDTH / ACROSS as f64;
 
-fn bent() -> &'static bend::Bend {
-    static BEND: OnceLock<bend::Bend> = OnceLock::new();
-    BEND.get_or_init(|| bend::run(ACROSS, 0.02, "").unwrap())
+fn bent() -> &'static example::Bend {
+    static BEND: OnceLock<example::Bend> = OnceLock::new();
+    BEND.get_or_init(|| example::run(ACROSS, 0.02, "").unwrap())
 }
 
 /// Half of the rod, from its middle to one edge. Force and energies are those of a stiffness of 1.
@@ -182,8 +182,8 @@ fn the_bar_holds_the_energy_of_an_elastica_and_needs_its_force() {
 fn the_bend_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads() {
     let name = "bend::the_bend_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads";
     if let Some(directory) = rust_side() {
-        let bend = bend::run(ACROSS, 0.002, "").unwrap();
-        bend::write_curve(&format!("{directory}/rust.csv"), &bend.records).unwrap();
+        let bend = example::run(ACROSS, 0.002, "").unwrap();
+        example::write_curve(&format!("{directory}/rust.csv"), &bend.records).unwrap();
         return;
     }
     compare_twins(name, "bend", &["3", "0.002"], 200);

@@ -2,12 +2,12 @@
 
 #[path = "../../examples/checkerboard/main.rs"]
 #[allow(dead_code)]
-mod checkerboard;
+mod example;
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-use checkerboard::{AMPLITUDE, Cost, FORMS, HORIZON, SPACING};
+use example::{AMPLITUDE, Cost, FORMS, HORIZON, SPACING};
 
 use crate::twins::{compare_twins, rust_side};
 
@@ -19,8 +19,8 @@ const VOLUME: f64 = SPACING * SPACING * SPACING;
 
 /// Of the formulation with this influence function.
 fn cost(formulation: &str, influence: &str) -> &'static Cost {
-    static BOARD: OnceLock<checkerboard::Board> = OnceLock::new();
-    let board = BOARD.get_or_init(|| checkerboard::run(4, "").unwrap());
+    static BOARD: OnceLock<example::Board> = OnceLock::new();
+    let board = BOARD.get_or_init(|| example::run(4, "").unwrap());
     &board.costs[FORMS.iter().position(|form| *form == (formulation, influence)).unwrap()]
 }
 
@@ -135,8 +135,8 @@ fn every_point_of_the_window_is_two_horizons_inside() {
 fn the_checkerboard_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads() {
     let name = "checkerboard::the_checkerboard_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads";
     if let Some(directory) = rust_side() {
-        let board = checkerboard::run(4, "").unwrap();
-        checkerboard::write_profile(&format!("{directory}/rust.csv"), &board).unwrap();
+        let board = example::run(4, "").unwrap();
+        example::write_profile(&format!("{directory}/rust.csv"), &board).unwrap();
         return;
     }
     compare_twins(name, "checkerboard", &["4"], 16);

@@ -2,7 +2,7 @@
 
 #[path = "../../examples/specimen/main.rs"]
 #[allow(dead_code)]
-mod specimen;
+mod example;
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -28,9 +28,9 @@ fn mesh(ending: &str) -> String {
     format!("{}/specimen.{ending}", in_crate("examples/specimen").display())
 }
 
-fn tensile_test() -> &'static specimen::Outcome {
-    static TEST: OnceLock<specimen::Outcome> = OnceLock::new();
-    TEST.get_or_init(|| specimen::run(&mesh("msh"), "").unwrap())
+fn tensile_test() -> &'static example::Outcome {
+    static TEST: OnceLock<example::Outcome> = OnceLock::new();
+    TEST.get_or_init(|| example::run(&mesh("msh"), "").unwrap())
 }
 
 fn horizon() -> f64 {
@@ -107,7 +107,7 @@ fn the_specimen_breaks_in_two_beside_the_hole_at_the_cost_of_the_new_surface() {
 
 #[test]
 fn the_specimen_is_the_same_from_gmsh_and_from_abaqus() {
-    let (msh, inp) = (tensile_test(), specimen::run(&mesh("inp"), "").unwrap());
+    let (msh, inp) = (tensile_test(), example::run(&mesh("inp"), "").unwrap());
     // Coordinates have 16 digits in the one file and 14 in the other.
     let stiffness = inp.stiffness / msh.stiffness - 1.0;
     assert!(stiffness.abs() < 1e-9, "{stiffness}");
@@ -125,8 +125,8 @@ fn the_specimen_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads(
         mesh("msh"),
     );
     if let Some(directory) = rust_side() {
-        specimen::run(&file, "")
-            .map(|test| specimen::write_curve(&format!("{directory}/rust.csv"), &test.records))
+        example::run(&file, "")
+            .map(|test| example::write_curve(&format!("{directory}/rust.csv"), &test.records))
             .unwrap()
             .unwrap();
         return;

@@ -2,7 +2,7 @@
 
 #[path = "../../examples/twist/main.rs"]
 #[allow(dead_code)]
-mod twist;
+mod example;
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -17,15 +17,15 @@ const SPACING: f64 = WIDTH / ACROSS as f64;
 const FREE: f64 = 1.0 - 3.0 * SPACING;
 const SPIN: f64 = 150.0;
 
-fn large() -> &'static twist::Twist {
-    static TWIST: OnceLock<twist::Twist> = OnceLock::new();
-    TWIST.get_or_init(|| twist::run(ACROSS, SPIN, "").unwrap())
+fn large() -> &'static example::Twist {
+    static TWIST: OnceLock<example::Twist> = OnceLock::new();
+    TWIST.get_or_init(|| example::run(ACROSS, SPIN, "").unwrap())
 }
 
 #[test]
 fn a_small_twist_is_that_of_linear_torsion() {
     // A hundredth of the turn: strains stay below 1 %.
-    let small = twist::run(ACROSS, 0.01 * SPIN, "").unwrap();
+    let small = example::run(ACROSS, 0.01 * SPIN, "").unwrap();
     let (angle, time) = (small.turn.0 / small.linear.0, small.turn.1 / small.linear.1);
     // Near both ends gradients are averaged over families that the end cuts, or that reach into what is
     // held: the bar is longer than what is free by a share of a horizon, and the start is not quite the
@@ -41,7 +41,7 @@ fn a_small_twist_is_that_of_linear_torsion() {
 #[test]
 fn a_bar_of_few_horizons_is_softer_than_its_material() {
     // At the surface a family averages over what lies inside it, where torsion strains less.
-    let thin = twist::run(4, 0.01 * SPIN, "").unwrap().stiffness;
+    let thin = example::run(4, 0.01 * SPIN, "").unwrap().stiffness;
     let thick = large().stiffness;
     assert!(thin.0 < thick.0 && thick.0 < thick.1, "{thin:?} {thick:?}");
 }
@@ -85,8 +85,8 @@ fn the_bar_gets_shorter_as_it_twists() {
 fn the_twist_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads() {
     let name = "twist::the_twist_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads";
     if let Some(directory) = rust_side() {
-        let twist = twist::run(4, SPIN, "").unwrap();
-        twist::write_curve(&format!("{directory}/rust.csv"), &twist.records).unwrap();
+        let twist = example::run(4, SPIN, "").unwrap();
+        example::write_curve(&format!("{directory}/rust.csv"), &twist.records).unwrap();
         return;
     }
     compare_twins(name, "twist", &["4"], 200);

@@ -2,14 +2,14 @@
 
 #[path = "../../examples/wave/main.rs"]
 #[allow(dead_code)]
-mod wave;
+mod example;
 
 use crate::twins::{compare_twins, rust_side};
 
 #[test]
 fn the_front_runs_at_the_speed_of_a_bar_less_what_its_lateral_inertia_costs() {
     for rise in [40.0, 60.0] {
-        let wave = wave::run(120, rise).unwrap();
+        let wave = example::run(120, rise).unwrap();
         let deviation = wave.speed / wave.expected - 1.0;
         assert!(deviation.abs() < 0.03, "{deviation}");
         // Love: omega = c k (1 - (nu r k)^2/2), with r^2 = width^2/6 for a square. That takes a share of
@@ -32,8 +32,8 @@ fn the_front_runs_at_the_speed_of_a_bar_less_what_its_lateral_inertia_costs() {
 fn the_wave_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads() {
     let name = "wave::the_wave_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads";
     if let Some(directory) = rust_side() {
-        let wave = wave::run(50, 40.0).unwrap();
-        wave::write_matrix(&format!("{directory}/rust.csv"), &wave).unwrap();
+        let wave = example::run(50, 40.0).unwrap();
+        example::write_matrix(&format!("{directory}/rust.csv"), &wave).unwrap();
         return;
     }
     compare_twins(name, "wave", &["50"], 200);
