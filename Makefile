@@ -1,4 +1,4 @@
-# The commands of the README: `make install`, `make demo` and `make test`. cargo alone builds the library.
+# The commands of the README: `make install`, `make demo`, `make examples` and `make test`. cargo alone builds the library.
 
 PREFIX ?= /usr/local
 LIBDIR = $(PREFIX)/lib
@@ -28,7 +28,7 @@ BUILD := $(CARGO) build --release --target-dir "$(TARGET)"
 # A library for another machine is cargo's own business.
 unexport CARGO_BUILD_TARGET
 
-.PHONY: all library demo test install uninstall bench bindings clean
+.PHONY: all library demo examples test install uninstall bench bindings clean
 
 all: library
 	@echo "built: $(LIB)/libperion.so"
@@ -43,10 +43,17 @@ library:
 	  "must not"; exit 1; }
 	@ln -sf libperion.so "$(LIB)/libperion.so.$(ABI)"
 
+EXAMPLE_RUNS = CARGO="$(CARGO)" CC="$(CC)" CFLAGS="$(CFLAGS)" FC="$(FC)" FFLAGS="$(FFLAGS)" \
+	TARGET="$(TARGET)" FORTRAN_SOURCES="$(FORTRAN_SOURCES)" OUT="$(OUT)" sh scripts/demo.sh
+
 # A specimen is pulled apart and a plate branches, from C, Fortran and Rust; the hashes are equal.
 demo: library
-	@CARGO="$(CARGO)" CC="$(CC)" CFLAGS="$(CFLAGS)" FC="$(FC)" FFLAGS="$(FFLAGS)" TARGET="$(TARGET)" \
-	FORTRAN_SOURCES="$(FORTRAN_SOURCES)" OUT="$(OUT)" sh scripts/demo.sh
+	@$(EXAMPLE_RUNS) specimen branching
+
+# The same of all examples, or of those named: make examples EXAMPLES="twist bend".
+EXAMPLES := checkerboard twist bend wave specimen branching
+examples: library
+	@$(EXAMPLE_RUNS) $(EXAMPLES)
 
 # Everything: style, unit tests, reference numbers, properties, C, Fortran, installation, README.
 test: library

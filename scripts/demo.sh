@@ -1,5 +1,6 @@
 #!/bin/sh
-# The examples of README.md from C, Fortran and Rust: runs, hashes, pictures. Called by `make demo`.
+# Examples from C, Fortran and Rust: runs, hashes, pictures. Called with their names by `make demo` and
+# `make examples`.
 set -eu
 . scripts/need.sh
 
@@ -98,7 +99,58 @@ specimen() {
     echo "ParaView:  $out/c.pvd"
 }
 
-$CARGO build --release --target-dir "$TARGET" --quiet \
-    --example branching --example specimen --example picture
-specimen
-branching
+checkerboard() {
+    begin checkerboard
+    in_c 16 "$out/c.csv" "$out/c"
+    in_fortran 16 "$out/fortran.csv" "$out/fortran"
+    in_rust 16 "$out/rust.csv" "$out/rust"
+    same_hashes
+    for form in correspondence_constant bond_associated_quadrature_constant; do
+        picture "$out/c_$form.vtu" $form --field strain_energy_density --slice 0 --width 900
+    done
+}
+
+twist() {
+    begin twist
+    in_c 6 "$out/c.csv" "$out/c.pvd"
+    in_fortran 6 "$out/fortran.csv" "$out/fortran.pvd"
+    in_rust 6 "$out/rust.csv" "$out/rust.pvd"
+    same_hashes
+    picture "$out/c_000010.vtu" bar --field reference_position.x --view 30 25 --right z
+    picture "$out/c.csv" curve --curve --width 1200 --title "angle of the free end"
+    echo "ParaView:  $out/c.pvd"
+}
+
+bend() {
+    begin bend
+    in_c 4 0.03 "$out/c.csv" "$out/c.pvd"
+    in_fortran 4 0.03 "$out/fortran.csv" "$out/fortran.pvd"
+    in_rust 4 0.03 "$out/rust.csv" "$out/rust.pvd"
+    same_hashes
+    picture "$(last)" bar --field von_mises_stress --view 20 30 --width 900
+    picture "$out/c.csv" curve --curve --width 1200 --title "height of the middle"
+    echo "ParaView:  $out/c.pvd"
+}
+
+wave() {
+    begin wave
+    in_c 200 "$out/c.csv"
+    in_fortran 200 "$out/fortran.csv"
+    in_rust 200 "$out/rust.csv"
+    same_hashes
+    picture "$out/c.csv" map --map --range 0 2
+}
+
+for name in "$@"; do
+    case $name in
+        bend | branching | checkerboard | specimen | twist | wave) ;;
+        *)
+            echo "there is no example $name"
+            exit 1
+            ;;
+    esac
+done
+$CARGO build --release --target-dir "$TARGET" --quiet --examples
+for name in "$@"; do
+    "$name"
+done

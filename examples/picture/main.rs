@@ -1,5 +1,5 @@
-//! Draws what Perion and the examples write as a PNG: the points of a `.vtu` file in the x-y plane,
-//! coloured by a field; a curve of a `.csv` file; or a map of one, such as velocity over place and time.
+//! Draws what Perion and the examples write as a PNG: the points of a `.vtu` file in the x-y plane or seen
+//! from aside, coloured by a field; a curve of a `.csv` file; or a map of one, such as velocity over place and time.
 //!
 //! `cargo run --release --example picture -- plate_000100.vtu plate.png --field damage`
 
@@ -18,6 +18,7 @@ mod scene;
 mod sheet;
 mod table;
 mod text;
+mod view;
 mod vtu;
 
 use std::fs;

@@ -1,5 +1,7 @@
 //! What the command line asks for.
 
+use crate::view::View;
+
 pub const USAGE: &str = "\
 usage: picture INPUT OUTPUT.png [options]
 
@@ -14,7 +16,9 @@ INPUT is a .vtu file that Perion wrote, drawn as points in the x-y plane, or a .
   --width PIXELS            width of the picture, 320 to 4096 (1600)
   --title TEXT              what stands above it
   --scale-displacement S    show the field 'displacement' S times as large
-  --slice Z                 only the layer of points nearest to this height";
+  --slice Z                 only the layer of points nearest to this height
+  --view TURN TILT          a body from aside: turned about the upright axis, and seen from above, in degrees
+  --right AXIS              which axis points right in a view (x), the next one points up";
 
 #[derive(Clone, Copy)]
 pub enum Kind {
@@ -33,6 +37,7 @@ pub struct Options {
     pub title: Option<String>,
     pub displacement_scale: Option<f64>,
     pub slice: Option<f64>,
+    pub view: Option<View>,
 }
 
 pub enum Request {
@@ -52,7 +57,9 @@ impl Request {
             title: None,
             displacement_scale: None,
             slice: None,
+            view: None,
         };
+        let mut right = 0;
         let mut files = Vec::new();
         while let Some(argument) = arguments.next() {
             let option = argument.as_str();
@@ -82,6 +89,17 @@ impl Request {
                 "--scale-displacement" => {
                     options.displacement_scale = Some(number(option, &value()?)?);
                 }
+                "--view" => {
+                    let (turn, tilt) = (number(option, &value()?)?, number(option, &value()?)?);
+                    options.view = Some(View { right, turn, tilt });
+                }
+                "--right" => {
+                    let given = value()?;
+                    right = ["x", "y", "z"]
+                        .iter()
+                        .position(|axis| *axis == given)
+                        .ok_or(format!("--right {given}: must be x, y or z"))?;
+                }
                 "--slice" => options.slice = Some(number(option, &value()?)?),
                 _ if option.starts_with("--") => {
                     return Err(format!("unknown option {option}; see --help"));
@@ -92,6 +110,7 @@ impl Request {
         [options.input, options.output] = <[String; 2]>::try_from(files).map_err(|files| {
             format!("needs INPUT and OUTPUT.png, not {} file names; see --help", files.len())
         })?;
+        options.view = options.view.map(|view| View { right, ..view });
         Ok(Self::Draw(options))
     }
 }

@@ -4,6 +4,7 @@ use crate::bar;
 use crate::cells;
 use crate::options::Options;
 use crate::table::extremes;
+use crate::view;
 use crate::vtu::VtuFile;
 
 /// Points examined to estimate the spacing: a median needs no more.
@@ -16,7 +17,7 @@ const DRAWABLE: std::ops::Range<f64> = 1e-300..1e300;
 pub struct Dot {
     pub position: [f64; 3],
     pub value: f64,
-    /// How far it reaches at most, in a cloud of uneven spacing.
+    /// How far it reaches at most, in a cloud of uneven spacing, or as a ball in a view.
     pub reach: Option<f64>,
 }
 
@@ -25,6 +26,8 @@ pub struct Scene {
     pub dots: Vec<Dot>,
     /// Size of a dot along x and y, in a cloud of even spacing.
     pub size: [f64; 2],
+    /// Whether the body is seen from aside.
+    pub viewed: bool,
     /// Values at the ends of the colours.
     pub range: (f64, f64),
     pub title: String,
@@ -55,9 +58,18 @@ impl Scene {
         if let Some(height) = options.slice {
             keep_layer(&mut dots, height, dz.unwrap_or(size[0].max(size[1])))?;
         }
+        if let Some(view) = options.view {
+            let spacing = [dx, dy, dz].into_iter().flatten().fold(f64::INFINITY, f64::min);
+            let reach = view::RADIUS * if spacing.is_finite() { spacing } else { size[0] };
+            for dot in &mut dots {
+                dot.position = view.place(dot.position);
+                dot.reach = Some(reach);
+            }
+        }
         dots.sort_by(|a, b| a.position[2].total_cmp(&b.position[2]));
         let range = options.range.unwrap_or_else(|| bar::range(dots.iter().map(|dot| dot.value)));
-        let scene = Self { dots, size, range, title, time: file.time()? };
+        let viewed = options.view.is_some();
+        let scene = Self { dots, size, viewed, range, title, time: file.time()? };
         let (low, high) = scene.bounds();
         let drawable = |axis: usize| DRAWABLE.contains(&(high[axis] - low[axis]));
         if drawable(0) && drawable(1) {

@@ -6,6 +6,7 @@ use crate::colours::{self, FAINT_INK, INK, NO_VALUE};
 use crate::raster::Canvas;
 use crate::scene::Scene;
 use crate::text::{Font, number};
+use crate::view::Balls;
 
 /// The points are drawn this much finer than the picture, and averaged.
 const OVERSAMPLING: usize = 2;
@@ -61,10 +62,13 @@ impl Layout {
 
 fn draw_dots(scene: &Scene, size: [usize; 2]) -> Canvas {
     let [width, height] = size.map(|pixels| pixels * OVERSAMPLING);
-    let mut cells = Cells::over(Canvas::white(width, height));
     let ([left, bottom], [right, top]) = scene.bounds();
     let scale = [width as f64 / (right - left), height as f64 / (top - bottom)];
     let half = [0, 1].map(|axis| 0.5 * OVERLAP * scene.size[axis] * scale[axis]);
+    if scene.viewed {
+        return draw_balls(scene, Canvas::white(width, height), [left, top], scale);
+    }
+    let mut cells = Cells::over(Canvas::white(width, height));
     for dot in &scene.dots {
         let centre = [(dot.position[0] - left) * scale[0], (top - dot.position[1]) * scale[1]];
         let colour = scene.fraction(dot.value).map_or(NO_VALUE, colours::colour);
@@ -78,6 +82,18 @@ fn draw_dots(scene: &Scene, size: [usize; 2]) -> Canvas {
         cells.canvas.fill(first, end, colour);
     }
     cells.finish()
+}
+
+/// The points as balls, from the upper left corner of what they cover.
+fn draw_balls(scene: &Scene, canvas: Canvas, [left, top]: [f64; 2], scale: [f64; 2]) -> Canvas {
+    let mut balls = Balls::over(canvas);
+    for dot in &scene.dots {
+        let [x, y, depth] = dot.position;
+        let centre = [(x - left) * scale[0], (top - y) * scale[1], depth * scale[0]];
+        let colour = scene.fraction(dot.value).map_or(NO_VALUE, colours::colour);
+        balls.draw(centre, dot.reach.unwrap_or_default() * scale[0], colour);
+    }
+    balls.canvas
 }
 
 fn draw_title(canvas: &mut Canvas, scene: &Scene, font: Font, layout: &Layout) {

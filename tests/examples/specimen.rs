@@ -1,30 +1,16 @@
-//! The examples `specimen` and `wave` give what mechanics says, and the same in C, Fortran and Rust.
-#![allow(
-    clippy::disallowed_methods,
-    clippy::disallowed_macros,
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic
-)]
+//! The specimen that is pulled apart.
 
-mod common;
-#[path = "fortran_interface/compilers.rs"]
+#[path = "../../examples/specimen/main.rs"]
 #[allow(dead_code)]
-mod compilers;
-#[path = "../examples/specimen/main.rs"]
-#[allow(dead_code)]
-mod specimen;
-#[path = "../examples/wave/main.rs"]
-#[allow(dead_code)]
-mod wave;
+mod example;
 
 use std::f64::consts::PI;
-use std::fs;
-use std::process::Command;
 use std::sync::OnceLock;
 
-use common::{in_crate, run, there_is};
 use perion::Field;
+
+use crate::common::in_crate;
+use crate::twins::{compare_twins, rust_side};
 
 // The specimen: lengths in mm, stresses in MPa.
 const THICKNESS: f64 = 3.0;
@@ -42,9 +28,9 @@ fn mesh(ending: &str) -> String {
     format!("{}/specimen.{ending}", in_crate("examples/specimen").display())
 }
 
-fn tensile_test() -> &'static specimen::Outcome {
-    static TEST: OnceLock<specimen::Outcome> = OnceLock::new();
-    TEST.get_or_init(|| specimen::run(&mesh("msh"), "").unwrap())
+fn tensile_test() -> &'static example::Outcome {
+    static TEST: OnceLock<example::Outcome> = OnceLock::new();
+    TEST.get_or_init(|| example::run(&mesh("msh"), "").unwrap())
 }
 
 fn horizon() -> f64 {
@@ -121,7 +107,7 @@ fn the_specimen_breaks_in_two_beside_the_hole_at_the_cost_of_the_new_surface() {
 
 #[test]
 fn the_specimen_is_the_same_from_gmsh_and_from_abaqus() {
-    let (msh, inp) = (tensile_test(), specimen::run(&mesh("inp"), "").unwrap());
+    let (msh, inp) = (tensile_test(), example::run(&mesh("inp"), "").unwrap());
     // Coordinates have 16 digits in the one file and 14 in the other.
     let stiffness = inp.stiffness / msh.stiffness - 1.0;
     assert!(stiffness.abs() < 1e-9, "{stiffness}");
@@ -133,102 +119,17 @@ fn the_specimen_is_the_same_from_gmsh_and_from_abaqus() {
 }
 
 #[test]
-fn the_front_runs_at_the_speed_of_a_bar_less_what_its_lateral_inertia_costs() {
-    for rise in [40.0, 60.0] {
-        let wave = wave::run(120, rise).unwrap();
-        let deviation = wave.speed / wave.expected - 1.0;
-        assert!(deviation.abs() < 0.03, "{deviation}");
-        // Love: omega = c k (1 - (nu r k)^2/2), with r^2 = width^2/6 for a square. That takes a share of
-        // (nu r)^2/2 v'''/v' off the speed of a place in a front, -8/rise^2 in the middle of this one. Love has
-        // one mode, and the first station is two widths from the blow.
-        let inertia = -0.5 * 0.25_f64.powi(2) * (20.0 * 20.0 / 6.0) * 8.0 / (rise * rise);
-        assert!((deviation - inertia).abs() < 0.005, "{deviation}, Love {inertia}");
-
-        // The free end doubles the velocity; lateral inertia lets it swing about that.
-        let last = &wave.velocities[wave.velocities.len() - 1];
-        assert!((last[119] - 2.0).abs() < 0.2, "{}", last[119]);
-        let energy = wave.bar.energy().unwrap();
-        // Nothing breaks: what is left is the swing of velocity Verlet.
-        let closure = energy.closure_error / energy.external_work;
-        assert!(closure.abs() < 1e-3, "{closure}");
-    }
-}
-
-#[test]
 fn the_specimen_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads() {
     let (name, file) = (
-        "the_specimen_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads",
+        "specimen::the_specimen_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads",
         mesh("msh"),
     );
     if let Some(directory) = rust_side() {
-        specimen::run(&file, "")
-            .map(|test| specimen::write_curve(&format!("{directory}/rust.csv"), &test.records))
+        example::run(&file, "")
+            .map(|test| example::write_curve(&format!("{directory}/rust.csv"), &test.records))
             .unwrap()
             .unwrap();
         return;
     }
-    compare_twins(name, "specimen", &[&file]);
-}
-
-#[test]
-fn the_wave_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads() {
-    let name = "the_wave_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads";
-    if let Some(directory) = rust_side() {
-        let wave = wave::run(50, 40.0).unwrap();
-        wave::write_matrix(&format!("{directory}/rust.csv"), &wave).unwrap();
-        return;
-    }
-    compare_twins(name, "wave", &["50"]);
-}
-
-const SIDE: &str = "PERION_TEST_RUST_TWIN";
-
-/// Where the twin in Rust, a process of its own whose number of threads its environment tells, leaves
-/// its file; `None` in the test itself.
-fn rust_side() -> Option<String> {
-    std::env::var(SIDE).ok().inspect(|_| println!())
-}
-
-/// Runs an example in C, in Fortran and, as the test `name`, in Rust: what they print and write must be
-/// the same.
-fn compare_twins(name: &str, example: &str, arguments: &[&str]) {
-    if !(there_is("cc") && there_is("gfortran")) {
-        return;
-    }
-    let directory = common::place(&format!("examples/{example}"));
-    let source = |ending| in_crate(&format!("examples/{example}/main.{ending}"));
-    let in_c = compilers::c(&directory, &format!("{example}_c"), &source("c"));
-    let mut sources = compilers::module_sources();
-    sources.push(source("f90"));
-    let in_fortran = compilers::fortran(&directory, example, &sources, "-O2");
-    let mut twins = Vec::new();
-    for threads in ["1", "2"] {
-        let [mut c, mut fortran] = [&in_c, &in_fortran].map(Command::new);
-        c.args(arguments).arg(directory.join("c.csv")).arg("");
-        fortran.args(arguments).arg(directory.join("fortran.csv")).arg("");
-        let mut rust = Command::new(std::env::current_exe().unwrap());
-        rust.args([name, "--exact", "--nocapture"]).env(SIDE, &directory);
-        for (mut twin, file) in [(c, "c.csv"), (fortran, "fortran.csv"), (rust, "rust.csv")] {
-            let printed = run(twin.env("PERION_NUM_THREADS", threads));
-            let table = fs::read_to_string(directory.join(file)).unwrap();
-            twins.push((results(&printed), table));
-        }
-    }
-    assert!(twins[0].0.len() > 5 && twins[0].1.lines().count() > 200, "{twins:?}");
-    for twin in &twins {
-        assert_eq!(twin, &twins[0]);
-    }
-}
-
-/// What an example prints, without what the test runner does.
-fn results(printed: &str) -> Vec<String> {
-    let lines = printed.lines().skip_while(|line| !line.contains(" points, "));
-    let mut results = Vec::new();
-    for line in lines {
-        results.push(line.to_owned());
-        if line.starts_with("hash ") {
-            return results;
-        }
-    }
-    panic!("there is no hash in {printed}");
+    compare_twins(name, "specimen", &[&file], 200);
 }
