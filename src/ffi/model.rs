@@ -29,7 +29,7 @@ impl Opaque for perion_model {
 const fn choices(kind: &Kind) -> &'static str {
     match kind {
         Kind::Choice(words) => words,
-        Kind::Number { .. } | Kind::Whole { .. } => "",
+        Kind::Number { .. } | Kind::NotNegative | Kind::Whole { .. } => "",
     }
 }
 

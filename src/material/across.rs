@@ -36,7 +36,7 @@ impl Law {
                 let strain = linear(in_plane);
                 self.made((1.0 + 2.0 * strain).sqrt(), lambda * (in_plane + free * strain))
             }
-            Kind::SmallStrain => {
+            Kind::SmallStrain | Kind::Hypoelastic(_) => {
                 let in_plane = trace(&deformation.gradient);
                 let strain = linear(in_plane);
                 self.made(1.0 + strain, lambda * (in_plane + free * strain))

@@ -6,22 +6,30 @@
 //! rigid motion costs nothing whatever a family spans, and the stress is the slope of the energy.
 
 mod across;
+mod completion;
+mod hypoelastic;
 mod neo_hookean;
+mod remember;
 mod saint_venant_kirchhoff;
 mod small_strain;
 
 pub(crate) use across::Across;
+pub(crate) use completion::completed;
+pub(crate) use remember::Record;
 
 use crate::error::Result;
 use crate::model::{Elastic, Model, Plane};
 use crate::tensor::Tensor;
+use hypoelastic::Plastic;
 
 /// How a material answers a deformation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
     SaintVenantKirchhoff,
     NeoHookean,
     SmallStrain,
+    /// It remembers: see [`Law::remember`].
+    Hypoelastic(Option<Plastic>),
 }
 
 /// A law with its constants.
@@ -59,6 +67,13 @@ pub(crate) struct Answer<const D: usize> {
     pub(crate) stress: Tensor<D>,
 }
 
+/// Numbers of a record: what a law with memory has answered at a site, and what it remembers there. The stress P as of
+/// a solid in space, the energies, and the memory.
+pub(crate) const RECORD: usize = MEMORY + hypoelastic::NUMBERS;
+const ENERGY: usize = 9;
+const DISSIPATED: usize = 10;
+const MEMORY: usize = 11;
+
 impl Law {
     /// The law of a model in a body of so many dimensions.
     pub(crate) fn new(model: &Model, dimension: usize) -> Result<Self> {
@@ -80,6 +95,11 @@ impl Law {
         let kind = match model.material() {
             "neo_hookean" => Kind::NeoHookean,
             "small_strain" => Kind::SmallStrain,
+            "hypoelastic" => Kind::Hypoelastic(None),
+            "j2_plastic" => Kind::Hypoelastic(Some(Plastic {
+                yield_stress: model.number("yield_stress").unwrap_or(f64::NAN),
+                hardening: model.number("hardening_modulus").unwrap_or(0.0),
+            })),
             _ => Kind::SaintVenantKirchhoff,
         };
         Self { kind, shear_modulus: mu, lambda, condensed, free, is_held_across }
@@ -95,7 +115,14 @@ impl Law {
             Kind::SaintVenantKirchhoff => saint_venant_kirchhoff::answer(self, deformation),
             Kind::NeoHookean => neo_hookean::answer(self, deformation),
             Kind::SmallStrain => small_strain::answer(self, deformation),
+            // Asked by `remember`.
+            Kind::Hypoelastic(_) => Answer { energy: 0.0, stress: crate::tensor::zero() },
         }
+    }
+
+    /// Whether it is asked by [`Law::remember`].
+    pub(crate) fn has_memory(&self) -> bool {
+        matches!(self.kind, Kind::Hypoelastic(_))
     }
 
     /// lambda and mu for a family that spans so many directions.

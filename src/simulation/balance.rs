@@ -14,7 +14,7 @@ pub struct Energy {
     pub kinetic: f64,
     /// sum V W: what the bonds hold.
     pub elastic: f64,
-    /// What broken or weakened bonds held when they broke.
+    /// What broken bonds held when they broke, and the work of plastic flow.
     pub dissipated: f64,
     /// Work of body forces, and of the constraints that hold prescribed points.
     pub external_work: f64,
@@ -107,8 +107,9 @@ impl Simulation {
     }
 
     fn dissipated(&self) -> Result<f64> {
-        let Built { plan, dissipated, .. } = self.built()?;
-        self.sum_over_points(|point| dissipated[0][point] * plan.places[point][3])
+        let built = self.built()?;
+        let density = built.dissipated_density(&self.state.current.displacement)?;
+        self.sum_over_points(|point| density[point] * built.plan.places[point][3])
     }
 
     /// A sum over all points, in fixed blocks.

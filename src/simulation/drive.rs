@@ -132,7 +132,14 @@ impl Simulation {
             }
             std::mem::swap(now, next);
             std::mem::swap(&mut bonds.intact, next_intact);
+        } else if !bonds.records.is_empty() {
+            let scene = plan.scene(workers, bonds, &state.current.displacement);
+            let force = &mut state.next.force;
+            if let Some(point) = plan.formulation.force(&scene, scratch, force, None) {
+                return Err(not_finite("force", points.order().host[point], state.time));
+            }
         }
+        bonds.keep_records(scratch);
         state.pulled = true;
         state.time += time_step;
         state.steps += 1;
@@ -308,6 +315,8 @@ impl Simulation {
             std::mem::swap(dissipated, next_dissipated);
             std::mem::swap(&mut built.bonds.intact, &mut built.next_intact);
         }
+        let Built { bonds, scratch, .. } = built;
+        bonds.keep_records(scratch);
         state.ledger.work += work;
         state.time = end;
         state.steps += 1;

@@ -265,7 +265,7 @@ impl Simulation {
         let workers = self.start_workers(self.threads)?;
         let requests = &self.scene_requests;
         let plan = Plan::new(&workers, &self.points, &self.models, &self.model_of, requests)?;
-        let bonds = BondState::new(&plan.families)?;
+        let bonds = BondState::new(&plan.families, plan.records())?;
         let count = plan.count();
         let masks = if plan.rule.is_some() { plan.families.block_count() } else { 0 };
         let next = if plan.rule.is_some() { count } else { 0 };
@@ -306,6 +306,7 @@ impl Simulation {
             bonds: bonds.view(),
             displacement: &[],
             workers,
+            asked: None,
         })?;
         for request in damage.filter(|request| !is_notch(request)) {
             if let Some(text) = built.carry_out(request, centre)? {
@@ -340,6 +341,16 @@ impl Built {
         let mut density = self.energy_density(displacement, EnergyPart::Strain)?;
         let penalty = self.energy_density(displacement, EnergyPart::Stabilization)?;
         density.iter_mut().zip(&penalty).for_each(|(density, penalty)| *density += penalty);
+        Ok(density)
+    }
+
+    /// Energy per volume that is not given back: that of broken bonds, and of plastic flow up to a displacement.
+    pub(super) fn dissipated_density(&self, displacement: &[f64]) -> Result<Vec<f64>> {
+        if self.bonds.records.is_empty() {
+            return memory::copied(&self.dissipated[0], "energy");
+        }
+        let mut density = self.energy_density(displacement, EnergyPart::Plastic)?;
+        density.iter_mut().zip(&self.dissipated[0]).for_each(|(density, broken)| *density += broken);
         Ok(density)
     }
 

@@ -48,7 +48,9 @@ impl Simulation {
             })?,
             Field::StrainEnergyDensity => self.energy_density(EnergyPart::Strain)?,
             Field::StabilizationEnergyDensity => self.energy_density(EnergyPart::Stabilization)?,
-            Field::DissipatedEnergyDensity => Cow::Borrowed(&self.built()?.dissipated[0]),
+            Field::DissipatedEnergyDensity => {
+                Cow::Owned(self.built()?.dissipated_density(&current.displacement)?)
+            }
             Field::DeformationGradient
             | Field::Strain
             | Field::FirstPiolaStress
