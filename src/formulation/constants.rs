@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use crate::error::{Error, Result};
-use crate::model::{Influence, Model};
+use crate::model::Model;
 
 /// Whether a model has what a law needs.
 pub(super) fn check_law(model: &Model, _: usize) -> Result<()> {
@@ -20,17 +20,7 @@ pub(super) fn critical_stretch(
     horizon: f64,
     rate: f64,
 ) -> Result<f64> {
-    critical_stretch_with(model, model.influence(), dimension, horizon, rate)
-}
-
-pub(super) fn critical_stretch_with(
-    model: &Model,
-    influence: Influence,
-    dimension: usize,
-    horizon: f64,
-    rate: f64,
-) -> Result<f64> {
-    let kappa = bulk_modulus(model, dimension)?;
+    let (kappa, influence) = (bulk_modulus(model, dimension)?, model.influence());
     // int_0^1 omega q^n
     let moment =
         |power: i32| integral(|q| influence.value(dimension, q * horizon, horizon) * q.powi(power));
@@ -39,7 +29,11 @@ pub(super) fn critical_stretch_with(
     } else {
         4.0 * kappa * horizon * 2.0 * moment(4) / (2.0 * PI * moment(3))
     };
-    let stretch = (rate / per_square).sqrt();
+    usable((rate / per_square).sqrt(), horizon)
+}
+
+/// A critical stretch that is a number.
+pub(super) fn usable(stretch: f64, horizon: f64) -> Result<f64> {
     if stretch > 0.0 && stretch.is_finite() {
         return Ok(stretch);
     }

@@ -26,6 +26,10 @@ const FLAT: f64 = 1e-15;
 /// det K over the product of equal eigenvalues, above which no eigenvalue can be near [`THINNEST`].
 const ROUND: f64 = 1e-3;
 
+/// As [`ROUND`], above which the rounding of a gradient is of no account. Faces, edges and corners of lattices have
+/// more than 0.5.
+const EVEN: f64 = 0.1;
+
 /// Pivot of M, over the diagonal it came from, below which the second order is not to be had.
 const LEAST_PIVOT: f64 = 1e-9;
 
@@ -60,8 +64,9 @@ impl<const D: usize> Shape<D> {
     /// Of a symmetric tensor without negative eigenvalues.
     pub(super) fn new(tensor: &Tensor<D>) -> Self {
         let mean = trace(tensor) / D as f64;
-        if determinant(tensor) > ROUND * mean.powi(D as i32) {
-            return Self::full(tensor, true);
+        let (volume, ball) = (determinant(tensor), mean.powi(D as i32));
+        if volume > ROUND * ball {
+            return Self::full(tensor, volume > EVEN * ball);
         }
         let (values, vectors) = eigen(tensor);
         let largest = values.iter().copied().fold(0.0, f64::max);

@@ -41,11 +41,17 @@ pub(super) const ENTRY: FormulationEntry = FormulationEntry {
                 .into(),
         ))
     },
-    critical_stretch: |model: &Model, dimension, horizon, rate| {
-        constants::critical_stretch_with(model, Influence::Inverse, dimension, horizon, rate)
-    },
+    critical_stretch,
     prepare,
 };
+
+/// The stretch at which opening a unit of crack takes the energy `rate`: at isotropic stretch s a bond holds
+/// psi = 2 w (3 a d s + b e) e, and pi int psi xi^3 = (27 K + 3 mu)/16 delta s^2.
+fn critical_stretch(model: &Model, _: usize, horizon: f64, rate: f64) -> Result<f64> {
+    let elastic = model.elastic()?;
+    let per_square = (27.0 * elastic.bulk_modulus + 3.0 * elastic.shear_modulus) / 16.0 * horizon;
+    constants::usable((rate / per_square).sqrt(), horizon)
+}
 
 struct MadenciOterkus {
     weights: Weights,

@@ -4,11 +4,15 @@
 //! A tolerance is for the worst formulation on the worst body; what was measured stands beside it.
 
 mod affine;
+mod controls;
 mod degenerate;
 mod energies;
 mod ledger;
+mod materials;
 mod motion;
 mod partial_volume;
+mod smoothed;
+mod zigzag;
 
 use perion::{Field, Model, Simulation};
 
@@ -23,7 +27,8 @@ pub struct Form {
     pub order: u32,
 }
 
-const FORMS: [Form; 10] = [
+/// All whose forces are the slope of an energy; the updated Lagrangian form with undeformed bonds.
+const FORMS: [Form; 12] = [
     Form { name: "bond_based", order: 1 },
     Form { name: "ordinary_state_based", order: 1 },
     Form { name: "madenci_oterkus", order: 1 },
@@ -34,12 +39,16 @@ const FORMS: [Form; 10] = [
     Form { name: "bond_associated", order: 1 },
     Form { name: "bond_associated_quadrature", order: 1 },
     Form { name: "bond_associated_quadrature", order: 2 },
+    Form { name: "total_lagrangian", order: 1 },
+    Form { name: "updated_lagrangian", order: 1 },
 ];
 
 impl Form {
     /// Whether it asks a material law.
     pub fn has_law(self) -> bool {
-        self.name.starts_with("correspondence") || self.name.starts_with("bond_associated")
+        ["correspondence", "bond_associated", "total_", "updated_"]
+            .iter()
+            .any(|start| self.name.starts_with(start))
     }
 
     fn has_influence(self) -> bool {
@@ -132,6 +141,9 @@ impl Body {
         }
         if self.partial_volume {
             model.choose("partial_volume", "linear").unwrap();
+        }
+        if form.name == "updated_lagrangian" {
+            model.choose("operator_bonds", "undeformed").unwrap();
         }
         if form.order != 1 {
             model.set("gradient_order", f64::from(form.order)).unwrap();

@@ -23,3 +23,4 @@ mod isolated;
 mod random;
 mod scene;
 mod stability;
+mod tearing;

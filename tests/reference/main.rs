@@ -10,7 +10,9 @@
 )]
 
 mod constants;
+mod convergence;
 mod data;
+mod energy_release;
 mod formulations;
 mod influence;
 mod invariants;

@@ -52,7 +52,7 @@ pub fn momentum(simulation: &Simulation) -> [f64; 2] {
 /// With the difference formula of fourth order and 1e-3 of the spacing, what it leaves out is 1e-12 of the
 /// curvature of its terms, and rounding of the energy is 1e-12 of a force; gradients of poor families are up to
 /// a hundred times as steep.
-const SLOPE: f64 = 1e-9;
+pub const SLOPE: f64 = 1e-9;
 
 #[test]
 fn forces_are_the_slope_of_the_energy() {
