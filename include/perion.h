@@ -178,7 +178,7 @@ typedef struct perion_energy {
      */
     double elastic;
     /**
-     * what broken or weakened bonds held
+     * what broken bonds held, and the work of plastic flow
      */
     double dissipated;
     /**
@@ -191,6 +191,10 @@ typedef struct perion_energy {
      * nothing. Steps that the host commits itself are not in it: their work is not known
      */
     double closure_error;
+    /**
+     * part of dissipated that plastic flow took
+     */
+    double plastic;
 } perion_energy;
 
 /**
@@ -419,7 +423,7 @@ typedef struct perion_memory {
 #define PERION_FIELD_STABILIZATION_ENERGY_DENSITY 13
 
 /**
- * Energy that broken bonds held, per reference volume.
+ * Energy that broken bonds held and that plastic flow took, per reference volume.
  */
 #define PERION_FIELD_DISSIPATED_ENERGY_DENSITY 14
 
@@ -433,6 +437,11 @@ typedef struct perion_memory {
  * Green-Lagrange strain (F^T F - I)/2; a tensor.
  */
 #define PERION_FIELD_STRAIN 16
+
+/**
+ * Plastic strain of j2_plastic in the rotated frame of the law; a tensor, 0 for what does not flow.
+ */
+#define PERION_FIELD_PLASTIC_STRAIN 17
 
 /**
  * First Piola-Kirchhoff stress P_ij, the force in axis i on the reference area across axis j; a tensor.
@@ -489,6 +498,11 @@ typedef struct perion_memory {
  * M = sum w eta eta^T V; a tensor.
  */
 #define PERION_FIELD_DEFORMED_SHAPE_TENSOR 27
+
+/**
+ * Equivalent plastic strain: its increments are sqrt(2/3) of the size of those of the plastic strain.
+ */
+#define PERION_FIELD_EQUIVALENT_PLASTIC_STRAIN 28
 
 /**
  * By reference coordinates with bonds of the reference body: h = K^-1 xi.

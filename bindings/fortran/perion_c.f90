@@ -117,7 +117,7 @@ module perion_c
   !> Energy per reference volume of the penalty on what the material does not see.
   integer(c_int32_t), parameter :: PERION_FIELD_STABILIZATION_ENERGY_DENSITY = 13_c_int32_t
 
-  !> Energy that broken bonds held, per reference volume.
+  !> Energy that broken bonds held and that plastic flow took, per reference volume.
   integer(c_int32_t), parameter :: PERION_FIELD_DISSIPATED_ENERGY_DENSITY = 14_c_int32_t
 
   !> Deformation gradient F_ij = dx_i/dX_j; a tensor. Where the bonds of a point do not span the body, what they
@@ -126,6 +126,9 @@ module perion_c
 
   !> Green-Lagrange strain (F^T F - I)/2; a tensor.
   integer(c_int32_t), parameter :: PERION_FIELD_STRAIN = 16_c_int32_t
+
+  !> Plastic strain of j2_plastic in the rotated frame of the law; a tensor, 0 for what does not flow.
+  integer(c_int32_t), parameter :: PERION_FIELD_PLASTIC_STRAIN = 17_c_int32_t
 
   !> First Piola-Kirchhoff stress P_ij, the force in axis i on the reference area across axis j; a tensor.
   !> correspondence: that of the material at F, without the penalty of the stabilised forms.
@@ -162,6 +165,9 @@ module perion_c
 
   !> M = sum w eta eta^T V; a tensor.
   integer(c_int32_t), parameter :: PERION_FIELD_DEFORMED_SHAPE_TENSOR = 27_c_int32_t
+
+  !> Equivalent plastic strain: its increments are sqrt(2/3) of the size of those of the plastic strain.
+  integer(c_int32_t), parameter :: PERION_FIELD_EQUIVALENT_PLASTIC_STRAIN = 28_c_int32_t
 
   !> By reference coordinates with bonds of the reference body: h = K^-1 xi.
   integer(c_int32_t), parameter :: PERION_OPERATOR_REFERENCE_UNDEFORMED = 1_c_int32_t
@@ -211,7 +217,7 @@ module perion_c
     real(c_double) :: kinetic
     !> sum V W, what the bonds hold
     real(c_double) :: elastic
-    !> what broken or weakened bonds held
+    !> what broken bonds held, and the work of plastic flow
     real(c_double) :: dissipated
     !> work of body forces, and of what holds prescribed points
     real(c_double) :: external_work
@@ -219,6 +225,8 @@ module perion_c
     !> Verlet lets it swing by about (omega dt)^2/8 of the energy; growing above that, energy comes out of
     !> nothing. Steps that the host commits itself are not in it: their work is not known
     real(c_double) :: closure_error
+    !> part of dissipated that plastic flow took
+    real(c_double) :: plastic
   end type perion_energy
 
   !> What to look at before trusting a result. Let perion_health_init set struct_size.

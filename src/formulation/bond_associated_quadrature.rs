@@ -336,6 +336,7 @@ impl Passes for Baqp {
         let own = self.left(scratch, point, D);
         let (mut stress, mut held) = (zero(), 0.0);
         let (mut plastic, mut equivalent) = (zero(), 0.0);
+        let mut remembered = Across { stretch: 0.0, thickness: 0.0, held: 0.0 };
         for link in body.links(point) {
             let other = self.left(scratch, link.neighbor, D);
             let at = Self::quadrature(&link, &own, &other);
@@ -348,10 +349,16 @@ impl Passes for Baqp {
             plastic = sum(&plastic, &scaled(&strain, factor));
             equivalent += factor * amount;
             held += 0.5 * factor * (across[0].held + across[1].held);
+            remembered.stretch += factor * across[0].stretch;
+            remembered.thickness += factor * across[0].thickness;
         }
         let (gradient, span) = (own.gradient(), own.span());
         let deformation = Deformation { gradient, span, rank: own.rank() };
-        let across = Across { held, ..self.laws.at(point).across(&deformation) };
+        // The law of a point answers its own gradient too; one with a memory has been asked at the bonds alone.
+        let across = match self.laws.at(point) {
+            law if law.has_memory() && own.weight() > 0.0 => Across { held, ..remembered },
+            law => Across { held, ..law.across(&deformation) },
+        };
         let made = Kinematics::new(&deformation, &product(&stress, &span), across);
         made.with_plastic((plastic, equivalent))
     }

@@ -13,7 +13,9 @@
 //! A gradient that is shown is completed (`material/completion.rs`): directions not spanned turn with those that are,
 //! and have the stretch at which the material has no stress in them.
 
-use crate::tensor::{Tensor, Vector, add_outer, determinant, eigen, identity, inverse, trace, zero};
+use crate::tensor::{
+    Tensor, Vector, add_outer, determinant, eigen, identity, inverse, trace, zero,
+};
 
 /// Eigenvalue of K, over the largest, below which a direction is not spanned: a family flatter than a
 /// hundredth of its width. Where a body is only turned, forces are rounded by 1e-16 over this, and a family that

@@ -80,14 +80,13 @@ impl Kinematics {
 
     /// The mean of several with their weights; at rest where there is none.
     pub(super) fn mean(parts: impl Iterator<Item = (f64, Self)>) -> Self {
-        let mut mean =
-            Self {
-                displacement_gradient: zero(),
-                first_piola_stress: zero(),
-                dilatation: 0.0,
-                plastic_strain: zero(),
-                equivalent_plastic_strain: 0.0,
-            };
+        let mut mean = Self {
+            displacement_gradient: zero(),
+            first_piola_stress: zero(),
+            dilatation: 0.0,
+            plastic_strain: zero(),
+            equivalent_plastic_strain: 0.0,
+        };
         let mut whole = 0.0;
         for (weight, part) in parts {
             whole += weight;

@@ -3,13 +3,13 @@
 
 use super::Materials;
 use super::body::{Body, ByModel};
-use crate::error::Result;
-use crate::material::{Across, Answer, Deformation, Law, RECORD, Record};
-use crate::workers::{PerPoint, Ragged};
 use super::kinematics::Kinematics;
 use super::state_based::{Near, Passes};
+use crate::error::Result;
 use crate::families::LANES;
+use crate::material::{Across, Answer, Deformation, Law, RECORD, Record};
 use crate::tensor::zero;
+use crate::workers::{PerPoint, Ragged};
 
 /// Where a formulation asks its laws.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -15,8 +15,8 @@ use super::{
 use crate::damage::Breaking;
 use crate::error::Result;
 use crate::families::{LANES, Property};
-use crate::model::Plane;
 use crate::material::Deformation;
+use crate::model::Plane;
 use crate::tensor::Vector;
 use crate::workers::{PerPoint, Ragged};
 

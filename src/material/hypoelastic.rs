@@ -5,12 +5,17 @@
 //! Q = I + sin|Omega|/|Omega| Omega + (1 - cos|Omega|)/|Omega|^2 Omega^2, R <- Q R, v <- v + l v - v Omega,
 //! e = R^T d R, s <- s + 2 G dev e + K tr e I, P = J R s R^T F^-T. A step of time is in none of these.
 //!
+//! The published update turns by |Omega| where the increment turns by 2 atan(|Omega|/2), and lets v grow with the
+//! square of the turn: a body that spins loses its frame. Two things keep it. An increment that is a turn but for a
+//! thousandth ([`SPIN`]) is taken as the turn that it is, with v = F R^T; and where v R has strayed from F by a tenth
+//! ([`STRAYED`]) both start anew from F's polar decomposition.
+//!
 //! J2: where q = sqrt(3/2)|dev s| is above Y + H a, dev s shrinks by 1 - 3 G da/q with da = (q - Y - H a)/(3 G + H).
 
 use super::Law;
 use crate::tensor::{
-    Tensor, Vector, applied, contracted, determinant, difference, identity, inverse, product,
-    scaled, sum, symmetric, trace, transposed, zero,
+    Tensor, Vector, add_outer, applied, contracted, determinant, difference, eigen, identity,
+    inverse, product, scaled, sum, symmetric, trace, transposed, zero,
 };
 
 /// Yield stress in uniaxial tension and hardening modulus.
@@ -41,13 +46,21 @@ pub(crate) struct Memory {
     pub(crate) plastic_strain: Tensor<3>,
 }
 
+/// |d| over |w| below which an increment is a turn.
+const SPIN: f64 = 1e-3;
+
+/// |v R - F| over |F|.
+const STRAYED: f64 = 0.1;
+
 /// Numbers in which it is kept.
 pub(crate) const NUMBERS: usize = 48;
 
 impl Memory {
     pub(crate) fn read(numbers: &[f64]) -> Self {
         let tensor = |from: usize| -> Tensor<3> {
-            std::array::from_fn(|row| std::array::from_fn(|column| numbers[from + 3 * row + column]))
+            std::array::from_fn(|row| {
+                std::array::from_fn(|column| numbers[from + 3 * row + column])
+            })
         };
         Self {
             gradient: tensor(0),
@@ -106,19 +119,27 @@ impl Memory {
         let lead = applied(&inverse(&rest), &axial(&transposed(&twist), 1.0));
         let q: Vector<3> = std::array::from_fn(|axis| spin[axis] + lead[axis]);
         let omega: Tensor<3> = [[0.0, -q[2], q[1]], [q[2], 0.0, -q[0]], [-q[1], q[0], 0.0]];
-        let angle = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if angle > 0.0 {
+        let size = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let spins =
+            contracted(&deforming, &deforming) <= SPIN * SPIN * contracted(&spinning, &spinning);
+        if size > 0.0 {
+            let angle = if spins { 2.0 * (0.5 * size).atan() } else { size };
             // 1 - cos x = 2 sin^2 (x/2) keeps its digits.
-            let half = (0.5 * angle).sin() / angle;
+            let half = (0.5 * angle).sin() / size;
             let turn = sum(
-                &scaled(&omega, angle.sin() / angle),
+                &scaled(&omega, angle.sin() / size),
                 &scaled(&product(&omega, &omega), 2.0 * half * half),
             );
             let turned = sum(&self.rotation, &product(&turn, &self.rotation));
             next.rotation = sum(&turned, &turn);
         }
-        let change = difference(&product(&rate, &stretch), &product(&stretch, &omega));
-        next.stretch = sum(&self.stretch, &change);
+        if spins {
+            next.stretch = next.stretch_of_rotation();
+        } else {
+            let change = difference(&product(&rate, &stretch), &product(&stretch, &omega));
+            next.stretch = sum(&self.stretch, &change);
+            next.recover();
+        }
 
         let rotation = plus_one(&next.rotation);
         let strain = product(&transposed(&rotation), &product(&deforming, &rotation));
@@ -133,6 +154,33 @@ impl Memory {
         let mean = scaled(&sum(&self.first_piola_stress(), &next.first_piola_stress()), 0.5);
         next.work += contracted(&mean, &increment);
         next
+    }
+
+    /// v - I that belongs to F and R.
+    fn stretch_of_rotation(&self) -> Tensor<3> {
+        let (full, rotation) = (plus_one(&self.gradient), plus_one(&self.rotation));
+        let product = product(&full, &transposed(&rotation));
+        difference(&symmetric(&product), &identity())
+    }
+
+    /// Takes R and v from the polar decomposition of F where they have strayed.
+    fn recover(&mut self) {
+        let full = plus_one(&self.gradient);
+        let apart =
+            difference(&product(&plus_one(&self.stretch), &plus_one(&self.rotation)), &full);
+        let strayed = contracted(&apart, &apart) > STRAYED * STRAYED * contracted(&full, &full);
+        if !strayed && apart.as_flattened().iter().all(|value| value.is_finite()) {
+            return;
+        }
+        let (squares, axes) = eigen(&product(&transposed(&full), &full));
+        // U^-1 = sum a a^T/stretch
+        let mut inverse = zero();
+        for (axis, square) in squares.iter().enumerate() {
+            let direction: Vector<3> = std::array::from_fn(|row| axes[row][axis]);
+            add_outer(&mut inverse, square.powf(-0.5), &direction, &direction);
+        }
+        self.rotation = difference(&product(&full, &inverse), &identity());
+        self.stretch = self.stretch_of_rotation();
     }
 
     /// Returns the stress to the yield surface.

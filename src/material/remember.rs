@@ -38,7 +38,8 @@ impl<'a> Record<'a> {
         let plate = D == 2;
         let thickness = if plate { 1.0 + memory.gradient[2][2] } else { 1.0 };
         let turned = turned(deformation);
-        let stretch = if deformation.rank < D { last_stretch(&memory, &turned, false) } else { 1.0 };
+        let stretch =
+            if deformation.rank < D { last_stretch(&memory, &turned, false) } else { 1.0 };
         Across { stretch, thickness, held: if plate { self.0[8] } else { 0.0 } }
     }
 

@@ -97,9 +97,15 @@ pub const KEYS: [Key; 24] = [
                       (von Mises plasticity in it, with yield_stress); \
                       the first, because it is linear in the strain and knows rotations",
         default: "saint_venant_kirchhoff",
-        kind: Kind::Choice("saint_venant_kirchhoff|neo_hookean|small_strain|hypoelastic|j2_plastic"),
+        kind: Kind::Choice(
+            "saint_venant_kirchhoff|neo_hookean|small_strain|hypoelastic|j2_plastic",
+        ),
     },
-    number("yield_stress", "", "of j2_plastic, the stress in uniaxial tension at which it begins to flow"),
+    number(
+        "yield_stress",
+        "",
+        "of j2_plastic, the stress in uniaxial tension at which it begins to flow",
+    ),
     Key {
         name: "hardening_modulus",
         description: "of j2_plastic, stress by which the yield stress grows per equivalent plastic strain, 0 or \

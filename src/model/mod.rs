@@ -225,6 +225,21 @@ impl Model {
                 }
             }
         }
+        if self.material() == "j2_plastic" && self.number("yield_stress").is_none() {
+            return argument(
+                "'material' is j2_plastic, but the model has no 'yield_stress'; set it",
+            );
+        }
+        if self.material() != "j2_plastic" {
+            for key in ["yield_stress", "hardening_modulus"] {
+                if self.was_set(key) {
+                    return argument(format!(
+                        "'{key}' is set, but 'material' is {}; choose j2_plastic",
+                        self.material()
+                    ));
+                }
+            }
+        }
         self.damage()?;
         (self.formulation.check)(self, dimension)
     }

@@ -62,6 +62,8 @@ fn read(field: Field, dimension: usize, at: &Kinematics, values: &mut [f64]) {
     match field {
         Field::DeformationGradient => tensor(at.deformation_gradient()),
         Field::Strain => tensor(at.strain()),
+        Field::PlasticStrain => tensor(at.plastic_strain),
+        Field::EquivalentPlasticStrain => values[0] = at.equivalent_plastic_strain,
         Field::FirstPiolaStress => tensor(at.first_piola_stress),
         Field::CauchyStress => tensor(at.cauchy_stress()),
         Field::Stress33 => values[0] = at.cauchy_stress()[2][2],

@@ -350,7 +350,10 @@ impl Built {
             return memory::copied(&self.dissipated[0], "energy");
         }
         let mut density = self.energy_density(displacement, EnergyPart::Plastic)?;
-        density.iter_mut().zip(&self.dissipated[0]).for_each(|(density, broken)| *density += broken);
+        density
+            .iter_mut()
+            .zip(&self.dissipated[0])
+            .for_each(|(density, broken)| *density += broken);
         Ok(density)
     }
 

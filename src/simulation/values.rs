@@ -53,6 +53,8 @@ impl Simulation {
             }
             Field::DeformationGradient
             | Field::Strain
+            | Field::PlasticStrain
+            | Field::EquivalentPlasticStrain
             | Field::FirstPiolaStress
             | Field::CauchyStress
             | Field::Stress33
