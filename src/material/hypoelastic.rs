@@ -149,7 +149,7 @@ impl Memory {
             &sum(&scaled(&strain, 2.0 * mu), &scaled(&identity(), lambda * trace(&strain))),
         );
         if let Some(plastic) = plastic {
-            next.flow(plastic, mu);
+            next.flow(plastic, mu, &self.stress);
         }
         let mean = scaled(&sum(&self.first_piola_stress(), &next.first_piola_stress()), 0.5);
         next.work += contracted(&mean, &increment);
@@ -184,7 +184,7 @@ impl Memory {
     }
 
     /// Returns the stress to the yield surface.
-    fn flow(&mut self, plastic: Plastic, mu: f64) {
+    fn flow(&mut self, plastic: Plastic, mu: f64, before: &Tensor<3>) {
         let Plastic { yield_stress, hardening } = plastic;
         let pressure = trace(&self.stress) / 3.0;
         let deviator = difference(&self.stress, &scaled(&identity(), pressure));
@@ -198,9 +198,9 @@ impl Memory {
         let flowed = scaled(&deviator, 1.5 * amount / size);
         self.plastic_strain = sum(&self.plastic_strain, &flowed);
         self.stress = difference(&self.stress, &scaled(&flowed, 2.0 * mu));
-        // At the end of the step the stress is on the surface; per reference volume.
+        // By the trapezoid, as the work: what is left of the work is what springs hold. Per reference volume.
         let jacobian = determinant(&plus_one(&self.gradient));
-        self.dissipated += jacobian * (size - 3.0 * mu * amount) * amount;
+        self.dissipated += 0.5 * jacobian * contracted(&sum(before, &self.stress), &flowed);
     }
 }
 

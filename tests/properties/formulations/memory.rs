@@ -44,6 +44,7 @@ fn plastic_flow_is_in_the_balance_of_energy() {
                 let whole = energy.kinetic + energy.elastic + energy.dissipated;
                 *error = energy.closure_error.abs() / whole;
                 share = energy.plastic / whole;
+                assert!(energy.elastic > 0.0 && share < 1.0, "{energy:?}");
                 assert_eq!(energy.plastic, energy.dissipated);
                 let told = simulation.sum(Field::DissipatedEnergyDensity, None).unwrap();
                 assert!(told[0] > 0.0 && energy.plastic > 0.0);
