@@ -72,6 +72,24 @@ typedef struct perion_simulation perion_simulation;
 typedef int32_t perion_status;
 
 /**
+ * A law of the host's own: fills P (first Piola-Kirchhoff stress) and W (stored energy per reference volume) for `count`
+ * deformation gradients F1, and state1, which is the material's only when a step is completed or committed. F0 and
+ * state0 are those of the last committed state: F0 = I and state0 = 0 at first. Tensors are [count][D][D], row after row,
+ * with F_ij = dx_i/dX_j and D the dimension of the points; states [count][state_size]; state1 comes as state0. Must
+ * give the same for the same. Runs on the calling thread, one at a time, with the host's floating-point environment;
+ * must not throw or jump out, and may not call anything on the simulation. A result other than 0 stops the call
+ * (ERROR_INTERRUPTED).
+ */
+typedef int (*perion_material_function)(void *user,
+                                        int64_t count,
+                                        const double *F0,
+                                        const double *F1,
+                                        const double *state0,
+                                        double *state1,
+                                        double *P,
+                                        double *W);
+
+/**
  * What a condition prescribes.
  */
 typedef int32_t perion_quantity;
@@ -761,6 +779,21 @@ perion_status perion_model_get(const struct perion_model *model, const char *key
  * formulation does not take. Since 0.1.
  */
 perion_status perion_model_choose(struct perion_model *model, const char *key, const char *choice);
+
+/**
+ * Takes a law of the host's own in place of `material`, with state_size numbers of state at each place where the
+ * formulation asks its law: points, or bonds from both ends. Elastic constants are still needed. Simulations keep
+ * function and user as long as they live. In 2D the function answers for what lies across, and stress_33 and
+ * von_mises_stress are ERROR_UNSUPPORTED. Where a family does not span the body F has what is missing turned along,
+ * without stretch, and P counts in the directions spanned.
+ *
+ * ERROR_ARGUMENT: state_size below 0 or above 100000. ERROR_NULL: no function. ERROR_UNSUPPORTED: a formulation that
+ * asks no law. Since 0.1.
+ */
+perion_status perion_model_set_material_function(struct perion_model *model,
+                                                 int64_t state_size,
+                                                 perion_material_function function,
+                                                 void *user);
 
 /**
  * Frees a model and sets the pointer to NULL; NULL, or the address of NULL, is fine. Simulations made

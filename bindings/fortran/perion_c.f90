@@ -274,6 +274,26 @@ module perion_c
 
   abstract interface
 
+    !> A law of the host's own: fills P (first Piola-Kirchhoff stress) and W (stored energy per reference volume) for `count`
+    !> deformation gradients F1, and state1, which is the material's only when a step is completed or committed. F0 and
+    !> state0 are those of the last committed state: F0 = I and state0 = 0 at first. Tensors are [count][D][D], row after row,
+    !> with F_ij = dx_i/dX_j and D the dimension of the points; states [count][state_size]; state1 comes as state0. Must
+    !> give the same for the same. Runs on the calling thread, one at a time, with the host's floating-point environment;
+    !> must not throw or jump out, and may not call anything on the simulation. A result other than 0 stops the call
+    !> (ERROR_INTERRUPTED).
+    function perion_material_function(user, count, F0, F1, state0, state1, P, W) bind(c)
+      import :: c_double, c_int, c_int64_t, c_ptr
+      type(c_ptr), value :: user
+      integer(c_int64_t), value :: count
+      real(c_double), intent(in) :: F0(*)
+      real(c_double), intent(in) :: F1(*)
+      real(c_double), intent(in) :: state0(*)
+      real(c_double), intent(inout) :: state1(*)
+      real(c_double), intent(inout) :: P(*)
+      real(c_double), intent(inout) :: W(*)
+      integer(c_int) :: perion_material_function
+    end function perion_material_function
+
     !> A function that the host prescribes: fills values[count] at `time` for the points of its set, whose
     !> reference positions [count][dimension] come in the set's order. Runs on the calling thread, with the
     !> host's floating-point environment; must not throw or jump out, and may not call anything on the
@@ -605,6 +625,24 @@ module perion_c
       character(kind=c_char), intent(in) :: choice(*)
       integer(c_int32_t) :: perion_model_choose
     end function perion_model_choose
+
+    !> Takes a law of the host's own in place of `material`, with state_size numbers of state at each place where the
+    !> formulation asks its law: points, or bonds from both ends. Elastic constants are still needed. Simulations keep
+    !> function and user as long as they live. In 2D the function answers for what lies across, and stress_33 and
+    !> von_mises_stress are ERROR_UNSUPPORTED. Where a family does not span the body F has what is missing turned along,
+    !> without stretch, and P counts in the directions spanned.
+    !>
+    !> ERROR_ARGUMENT: state_size below 0 or above 100000. ERROR_NULL: no function. ERROR_UNSUPPORTED: a formulation that
+    !> asks no law. Since 0.1.
+    function perion_model_set_material_function(model, state_size, function, user) &
+        bind(c, name="perion_model_set_material_function")
+      import :: c_funptr, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: model
+      integer(c_int64_t), value :: state_size
+      type(c_funptr), value :: function
+      type(c_ptr), value :: user
+      integer(c_int32_t) :: perion_model_set_material_function
+    end function perion_model_set_material_function
 
     !> Frees a model and sets the pointer to NULL; NULL, or the address of NULL, is fine. Simulations made
     !> of it keep their own copy. ERROR_STATE: another call is using it. Since 0.1.

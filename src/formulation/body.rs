@@ -31,6 +31,10 @@ impl<T> ByModel<T> {
         &self.values[self.model_of.get(point).map_or(0, |&number| number as usize)]
     }
 
+    pub(super) fn iter(&self) -> impl Iterator<Item = &T> {
+        self.values.iter()
+    }
+
     pub(super) fn any(&self, is: impl Fn(&T) -> bool) -> bool {
         self.values.iter().any(is)
     }

@@ -161,6 +161,11 @@ pub(crate) trait Formulation: Send + Sync {
         0
     }
 
+    /// Whether a law of the host's has asked to stop since this was last asked.
+    fn was_stopped(&self) -> bool {
+        false
+    }
+
     /// Internal force per volume b_i of all points. With `breaking`, bonds that the rule condemns at
     /// this displacement break first. Gives the first point whose force is not finite.
     fn force(

@@ -439,6 +439,10 @@ impl<P: Passes> Formulation for StateBased<P> {
         records + points * passes * self.passes.width(dimension) + lanes + room
     }
 
+    fn was_stopped(&self) -> bool {
+        self.passes.laws().is_some_and(Laws::was_stopped)
+    }
+
     fn records(&self, points: usize, blocks: usize) -> usize {
         self.passes.laws().map_or(0, |laws| laws.records(points, blocks))
     }

@@ -80,7 +80,7 @@ impl Memory {
         for (numbers, tensor) in numbers.chunks_exact_mut(9).zip(tensors) {
             numbers.copy_from_slice(tensor.as_flattened());
         }
-        numbers[45..].copy_from_slice(&[self.work, self.dissipated, self.equivalent]);
+        numbers[45..NUMBERS].copy_from_slice(&[self.work, self.dissipated, self.equivalent]);
     }
 
     /// Energy that the material would give back.

@@ -7,6 +7,7 @@
 
 mod across;
 mod completion;
+mod host;
 mod hypoelastic;
 mod neo_hookean;
 mod remember;
@@ -15,6 +16,8 @@ mod small_strain;
 
 pub(crate) use across::Across;
 pub(crate) use completion::completed;
+pub use host::MaterialBatch;
+pub(crate) use host::{HostLaw, Layout, Room};
 pub(crate) use remember::Record;
 
 use crate::error::Result;
@@ -30,6 +33,8 @@ enum Kind {
     SmallStrain,
     /// It remembers: see [`Law::remember`].
     Hypoelastic(Option<Plastic>),
+    /// The host's own function, asked in batches.
+    Host,
 }
 
 /// A law with its constants.
@@ -67,12 +72,22 @@ pub(crate) struct Answer<const D: usize> {
     pub(crate) stress: Tensor<D>,
 }
 
-/// Numbers of a record: what a law with memory has answered at a site, and what it remembers there. The stress P as of
+/// Numbers of a record, with the size of a host's state: what a law with memory has answered at a site, and what it remembers there. The stress P as of
 /// a solid in space, the energies, and the memory.
-pub(crate) const RECORD: usize = MEMORY + hypoelastic::NUMBERS;
-const ENERGY: usize = 9;
+pub(crate) const fn record_width(host: Option<usize>) -> usize {
+    MEMORY
+        + match host {
+            Some(state) if 9 + state > hypoelastic::NUMBERS => 9 + state,
+            _ => hypoelastic::NUMBERS,
+        }
+}
+
+/// Where a record has the energy.
+pub(crate) const ENERGY: usize = 9;
 const DISSIPATED: usize = 10;
-const MEMORY: usize = 11;
+/// Where a record says that a function of the host's is still to be asked.
+pub(crate) const PENDING: usize = 11;
+pub(crate) const MEMORY: usize = 12;
 
 impl Law {
     /// The law of a model in a body of so many dimensions.
@@ -93,6 +108,7 @@ impl Law {
             free[rank] = free[rank + 1] + 1;
         }
         let kind = match model.material() {
+            _ if model.host_law().is_some() => Kind::Host,
             "neo_hookean" => Kind::NeoHookean,
             "small_strain" => Kind::SmallStrain,
             "hypoelastic" => Kind::Hypoelastic(None),
@@ -116,13 +132,15 @@ impl Law {
             Kind::NeoHookean => neo_hookean::answer(self, deformation),
             Kind::SmallStrain => small_strain::answer(self, deformation),
             // Asked by `remember`.
-            Kind::Hypoelastic(_) => Answer { energy: 0.0, stress: crate::tensor::zero() },
+            Kind::Hypoelastic(_) | Kind::Host => {
+                Answer { energy: 0.0, stress: crate::tensor::zero() }
+            }
         }
     }
 
     /// Whether it is asked by [`Law::remember`].
     pub(crate) fn has_memory(&self) -> bool {
-        matches!(self.kind, Kind::Hypoelastic(_))
+        matches!(self.kind, Kind::Hypoelastic(_) | Kind::Host)
     }
 
     /// lambda and mu for a family that spans so many directions.

@@ -3,9 +3,9 @@
 //! The law is one of a solid in space. Directions that the family leaves out turn with the others (`completion`); they,
 //! and the direction across a plate in plane stress, are stretched until they have no stress.
 
-use super::completion::turned;
-use super::hypoelastic::Memory;
-use super::{Across, Answer, DISSIPATED, Deformation, ENERGY, Kind, Law, MEMORY, RECORD};
+use super::completion::{completed, turned};
+use super::hypoelastic::{Memory, NUMBERS};
+use super::{Across, Answer, DISSIPATED, Deformation, ENERGY, Kind, Law, MEMORY, PENDING};
 use crate::tensor::{Tensor, contracted, difference, identity, product, scaled, sum, zero};
 
 /// Tries at the stretch of free directions.
@@ -16,8 +16,8 @@ const TRIES: usize = 60;
 pub(crate) struct Record<'a>(&'a [f64]);
 
 impl<'a> Record<'a> {
-    pub(crate) fn at(records: &'a [f64], site: usize) -> Self {
-        Self(&records[site * RECORD..(site + 1) * RECORD])
+    pub(crate) fn at(records: &'a [f64], width: usize, site: usize) -> Self {
+        Self(&records[site * width..(site + 1) * width])
     }
 
     fn stress_in_space(&self) -> Tensor<3> {
@@ -57,13 +57,19 @@ impl Law {
         old: &[f64],
         new: &mut [f64],
     ) {
-        let Kind::Hypoelastic(plastic) = self.kind else { return };
         if deformation.rank == 0 {
             // Nothing is known of it: it stays as it was, and does not pull.
             new.copy_from_slice(old);
             new[..9].fill(0.0);
             return;
         }
+        if self.kind == Kind::Host {
+            let gradient = completed(deformation, 1.0);
+            new[MEMORY..MEMORY + D * D].copy_from_slice(gradient.as_flattened());
+            new[PENDING] = 1.0;
+            return;
+        }
+        let Kind::Hypoelastic(plastic) = self.kind else { return };
         let before = Memory::read(&old[MEMORY..]);
         let turned = turned(deformation);
         let missing = difference(&identity(), &deformation.span);
@@ -113,7 +119,7 @@ impl Law {
         new[..9].copy_from_slice(stress.as_flattened());
         new[ENERGY] = memory.elastic();
         new[DISSIPATED] = memory.dissipated;
-        memory.write(&mut new[MEMORY..]);
+        memory.write(&mut new[MEMORY..MEMORY + NUMBERS]);
     }
 }
 

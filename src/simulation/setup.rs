@@ -1,5 +1,6 @@
 //! Set-up: materials by set, interfaces, pre-cracks and integrity, and the building of the families.
 
+use super::drive::stopped_by_law;
 use super::{LogLevel, Simulation, refuse_after_setup};
 use crate::damage::BondState;
 use crate::error::{Error, Result, argument};
@@ -333,7 +334,7 @@ impl Built {
         let mut density = memory::filled(0.0, self.plan.count(), "energy")?;
         let mut scratch = memory::filled(0.0, self.plan.scratch(), "energy")?;
         self.plan.formulation.energy_density(&scene, &mut scratch, &mut density, part);
-        Ok(density)
+        stopped_by_law(&self.plan).map_or(Ok(density), Err)
     }
 
     /// Elastic energy per volume, both parts.
