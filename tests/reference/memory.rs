@@ -195,3 +195,71 @@ fn a_bar_in_tension_yields_hardens_and_unloads_as_the_closed_form_says() {
         assert!(flowed > 5e-3, "{flowed}");
     }
 }
+
+/// A plate pulled along x, free along y (where a search puts it), in plane stress or held across in plane strain.
+#[test]
+fn a_plate_yields_in_plane_stress_and_in_plane_strain_as_an_integration_of_the_law_says() {
+    let (modulus, ratio, yield_stress, hardening) = (200.0, 0.3, 0.5, 20.0);
+    let (lambda, mu) = (modulus * ratio / ((1.0 + ratio) * (1.0 - 2.0 * ratio)), modulus / 2.6);
+    for (name, order) in FORMS {
+        for plane in ["stress", "strain"] {
+            let constants = [
+                ("youngs_modulus", modulus),
+                ("poissons_ratio", ratio),
+                ("horizon", 4.5),
+                ("yield_stress", yield_stress),
+                ("hardening_modulus", hardening),
+            ];
+            let mut model = model((name, order), &constants, "j2_plastic");
+            model.choose("plane", plane).unwrap();
+            let points = Points::block(2, &[-2.0; 2], &[2.0; 2], 1.0).unwrap();
+            let mut plate = Simulation::new(&points, &model).unwrap();
+            // Held along y; the logarithmic strains of a motion along the axes add up.
+            let (mut deviator, mut pressure, mut flowed) = ([0.0_f64; 3], 0.0, 0.0);
+            let mut last = 1.0;
+            for step in 1..=20 {
+                let now = 1.0 + 5e-4 * f64::from(step);
+                accept(&mut plate, &[[now, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+                let along = (now - last) / (0.5 * (now + last));
+                last = now;
+                // Radial return at a strain across.
+                let returned = |across: f64| {
+                    let strain = [along, 0.0, across];
+                    let sum: f64 = strain.iter().sum();
+                    let pressure = pressure + (lambda + 2.0 * mu / 3.0) * sum;
+                    let trial: Vec<f64> =
+                        (0..3).map(|k| deviator[k] + 2.0 * mu * (strain[k] - sum / 3.0)).collect();
+                    let size = (1.5 * trial.iter().map(|s| s * s).sum::<f64>()).sqrt();
+                    let beyond = (size - yield_stress - hardening * flowed).max(0.0);
+                    let amount = beyond / (3.0 * mu + hardening);
+                    let left = [0, 1, 2].map(|k| trial[k] * (1.0 - 3.0 * mu * amount / size));
+                    (left, pressure, flowed + amount)
+                };
+                let across = if plane == "strain" {
+                    0.0
+                } else {
+                    // No stress across, by bisection.
+                    let (mut low, mut high) = (-0.01, 0.01);
+                    for _ in 0..200 {
+                        let middle = 0.5 * (low + high);
+                        let (left, pressure, _) = returned(middle);
+                        if left[2] + pressure > 0.0 { high = middle } else { low = middle }
+                    }
+                    low
+                };
+                (deviator, pressure, flowed) = returned(across);
+                let expected =
+                    [deviator[0] + pressure, 0.0, 0.0, deviator[1] + pressure].repeat(16);
+                let found = plate.get(Field::CauchyStress).unwrap();
+                // The search of the plate stops where its rounding is that of the stress.
+                assert_close(&format!("{name} {order} {plane} {step}"), &found, &expected, 1e-10);
+                let [of, across] = [Field::EquivalentPlasticStrain, Field::Stress33]
+                    .map(|field| plate.get(field).unwrap());
+                assert_close("equivalent plastic strain", &of, &[flowed].repeat(16), 1e-10);
+                let held = if plane == "strain" { deviator[2] + pressure } else { 0.0 };
+                assert!((across[0] - held).abs() < 1e-11, "{name} {plane}: {} {held}", across[0]);
+            }
+            assert!(flowed > 1e-3, "{flowed}");
+        }
+    }
+}
