@@ -72,6 +72,24 @@ typedef struct perion_simulation perion_simulation;
 typedef int32_t perion_status;
 
 /**
+ * A law of the host's own: fills P (first Piola-Kirchhoff stress) and W (stored energy per reference volume) for `count`
+ * deformation gradients F1, and state1, which is the material's only when a step is completed or committed. F0 and
+ * state0 are those of the last committed state: F0 = I and state0 = 0 at first. Tensors are [count][D][D], row after row,
+ * with F_ij = dx_i/dX_j and D the dimension of the points; states [count][state_size]; state1 comes as state0. Must
+ * give the same for the same. Runs on the calling thread, one at a time, with the host's floating-point environment;
+ * must not throw or jump out, and may not call anything on the simulation. A result other than 0 stops the call
+ * (ERROR_INTERRUPTED).
+ */
+typedef int (*perion_material_function)(void *user,
+                                        int64_t count,
+                                        const double *F0,
+                                        const double *F1,
+                                        const double *state0,
+                                        double *state1,
+                                        double *P,
+                                        double *W);
+
+/**
  * What a condition prescribes.
  */
 typedef int32_t perion_quantity;
@@ -178,7 +196,7 @@ typedef struct perion_energy {
      */
     double elastic;
     /**
-     * what broken or weakened bonds held
+     * what broken bonds held, and the work of plastic flow
      */
     double dissipated;
     /**
@@ -191,6 +209,10 @@ typedef struct perion_energy {
      * nothing. Steps that the host commits itself are not in it: their work is not known
      */
     double closure_error;
+    /**
+     * part of dissipated that plastic flow took
+     */
+    double plastic;
 } perion_energy;
 
 /**
@@ -419,7 +441,7 @@ typedef struct perion_memory {
 #define PERION_FIELD_STABILIZATION_ENERGY_DENSITY 13
 
 /**
- * Energy that broken bonds held, per reference volume.
+ * Energy that broken bonds held and that plastic flow took, per reference volume.
  */
 #define PERION_FIELD_DISSIPATED_ENERGY_DENSITY 14
 
@@ -433,6 +455,11 @@ typedef struct perion_memory {
  * Green-Lagrange strain (F^T F - I)/2; a tensor.
  */
 #define PERION_FIELD_STRAIN 16
+
+/**
+ * Plastic strain of j2_plastic in the rotated frame of the law; a tensor, 0 for what does not flow.
+ */
+#define PERION_FIELD_PLASTIC_STRAIN 17
 
 /**
  * First Piola-Kirchhoff stress P_ij, the force in axis i on the reference area across axis j; a tensor.
@@ -489,6 +516,11 @@ typedef struct perion_memory {
  * M = sum w eta eta^T V; a tensor.
  */
 #define PERION_FIELD_DEFORMED_SHAPE_TENSOR 27
+
+/**
+ * Equivalent plastic strain: its increments are sqrt(2/3) of the size of those of the plastic strain.
+ */
+#define PERION_FIELD_EQUIVALENT_PLASTIC_STRAIN 28
 
 /**
  * By reference coordinates with bonds of the reference body: h = K^-1 xi.
@@ -747,6 +779,21 @@ perion_status perion_model_get(const struct perion_model *model, const char *key
  * formulation does not take. Since 0.1.
  */
 perion_status perion_model_choose(struct perion_model *model, const char *key, const char *choice);
+
+/**
+ * Takes a law of the host's own in place of `material`, with state_size numbers of state at each place where the
+ * formulation asks its law: points, or bonds from both ends. Elastic constants are still needed. Simulations keep
+ * function and user as long as they live. In 2D the function answers for what lies across, and stress_33 and
+ * von_mises_stress are ERROR_UNSUPPORTED. Where a family does not span the body F has what is missing turned along,
+ * without stretch, and P counts in the directions spanned.
+ *
+ * ERROR_ARGUMENT: state_size below 0 or above 100000. ERROR_NULL: no function. ERROR_UNSUPPORTED: a formulation that
+ * asks no law. Since 0.1.
+ */
+perion_status perion_model_set_material_function(struct perion_model *model,
+                                                 int64_t state_size,
+                                                 perion_material_function function,
+                                                 void *user);
 
 /**
  * Frees a model and sets the pointer to NULL; NULL, or the address of NULL, is fine. Simulations made

@@ -43,7 +43,8 @@ module perion
       PERION_FIELD_DAMAGE, PERION_FIELD_STRAIN_ENERGY_DENSITY, &
       PERION_FIELD_STABILIZATION_ENERGY_DENSITY, &
       PERION_FIELD_DISSIPATED_ENERGY_DENSITY, PERION_FIELD_DEFORMATION_GRADIENT, &
-      PERION_FIELD_STRAIN, PERION_FIELD_FIRST_PIOLA_STRESS, PERION_FIELD_CAUCHY_STRESS, &
+      PERION_FIELD_STRAIN, PERION_FIELD_PLASTIC_STRAIN, PERION_FIELD_EQUIVALENT_PLASTIC_STRAIN, &
+      PERION_FIELD_FIRST_PIOLA_STRESS, PERION_FIELD_CAUCHY_STRESS, &
       PERION_FIELD_STRESS_33, PERION_FIELD_VON_MISES_STRESS, PERION_FIELD_DILATATION, &
       PERION_FIELD_NEIGHBOR_COUNT, &
       PERION_FIELD_TIME_STEP_ESTIMATE, PERION_FIELD_SHAPE_TENSOR, &
@@ -79,6 +80,7 @@ module perion
   public :: PERION_FIELD_STABILIZATION_ENERGY_DENSITY
   public :: PERION_FIELD_DISSIPATED_ENERGY_DENSITY, PERION_FIELD_DEFORMATION_GRADIENT
   public :: PERION_FIELD_STRAIN, PERION_FIELD_FIRST_PIOLA_STRESS, PERION_FIELD_CAUCHY_STRESS
+  public :: PERION_FIELD_PLASTIC_STRAIN, PERION_FIELD_EQUIVALENT_PLASTIC_STRAIN
   public :: PERION_FIELD_STRESS_33, PERION_FIELD_VON_MISES_STRESS, PERION_FIELD_DILATATION
   public :: PERION_FIELD_NEIGHBOR_COUNT
   public :: PERION_FIELD_TIME_STEP_ESTIMATE, PERION_FIELD_SHAPE_TENSOR
@@ -158,7 +160,7 @@ module perion
     real(c_double) :: kinetic = 0
     !> sum V W, what the bonds hold
     real(c_double) :: elastic = 0
-    !> what broken or weakened bonds held
+    !> what broken bonds held, and the work of plastic flow
     real(c_double) :: dissipated = 0
     !> work of body forces, and of what holds prescribed points
     real(c_double) :: external_work = 0
@@ -167,6 +169,8 @@ module perion
     !> energy comes out of nothing. Steps that the host commits itself are not in it: their work is
     !> not known
     real(c_double) :: closure_error = 0
+    !> part of dissipated that plastic flow took
+    real(c_double) :: plastic = 0
   end type perion_energy
 
   !> What to look at before trusting a result.

@@ -117,7 +117,7 @@ module perion_c
   !> Energy per reference volume of the penalty on what the material does not see.
   integer(c_int32_t), parameter :: PERION_FIELD_STABILIZATION_ENERGY_DENSITY = 13_c_int32_t
 
-  !> Energy that broken bonds held, per reference volume.
+  !> Energy that broken bonds held and that plastic flow took, per reference volume.
   integer(c_int32_t), parameter :: PERION_FIELD_DISSIPATED_ENERGY_DENSITY = 14_c_int32_t
 
   !> Deformation gradient F_ij = dx_i/dX_j; a tensor. Where the bonds of a point do not span the body, what they
@@ -126,6 +126,9 @@ module perion_c
 
   !> Green-Lagrange strain (F^T F - I)/2; a tensor.
   integer(c_int32_t), parameter :: PERION_FIELD_STRAIN = 16_c_int32_t
+
+  !> Plastic strain of j2_plastic in the rotated frame of the law; a tensor, 0 for what does not flow.
+  integer(c_int32_t), parameter :: PERION_FIELD_PLASTIC_STRAIN = 17_c_int32_t
 
   !> First Piola-Kirchhoff stress P_ij, the force in axis i on the reference area across axis j; a tensor.
   !> correspondence: that of the material at F, without the penalty of the stabilised forms.
@@ -162,6 +165,9 @@ module perion_c
 
   !> M = sum w eta eta^T V; a tensor.
   integer(c_int32_t), parameter :: PERION_FIELD_DEFORMED_SHAPE_TENSOR = 27_c_int32_t
+
+  !> Equivalent plastic strain: its increments are sqrt(2/3) of the size of those of the plastic strain.
+  integer(c_int32_t), parameter :: PERION_FIELD_EQUIVALENT_PLASTIC_STRAIN = 28_c_int32_t
 
   !> By reference coordinates with bonds of the reference body: h = K^-1 xi.
   integer(c_int32_t), parameter :: PERION_OPERATOR_REFERENCE_UNDEFORMED = 1_c_int32_t
@@ -211,7 +217,7 @@ module perion_c
     real(c_double) :: kinetic
     !> sum V W, what the bonds hold
     real(c_double) :: elastic
-    !> what broken or weakened bonds held
+    !> what broken bonds held, and the work of plastic flow
     real(c_double) :: dissipated
     !> work of body forces, and of what holds prescribed points
     real(c_double) :: external_work
@@ -219,6 +225,8 @@ module perion_c
     !> Verlet lets it swing by about (omega dt)^2/8 of the energy; growing above that, energy comes out of
     !> nothing. Steps that the host commits itself are not in it: their work is not known
     real(c_double) :: closure_error
+    !> part of dissipated that plastic flow took
+    real(c_double) :: plastic
   end type perion_energy
 
   !> What to look at before trusting a result. Let perion_health_init set struct_size.
@@ -265,6 +273,26 @@ module perion_c
   end type perion_memory
 
   abstract interface
+
+    !> A law of the host's own: fills P (first Piola-Kirchhoff stress) and W (stored energy per reference volume) for `count`
+    !> deformation gradients F1, and state1, which is the material's only when a step is completed or committed. F0 and
+    !> state0 are those of the last committed state: F0 = I and state0 = 0 at first. Tensors are [count][D][D], row after row,
+    !> with F_ij = dx_i/dX_j and D the dimension of the points; states [count][state_size]; state1 comes as state0. Must
+    !> give the same for the same. Runs on the calling thread, one at a time, with the host's floating-point environment;
+    !> must not throw or jump out, and may not call anything on the simulation. A result other than 0 stops the call
+    !> (ERROR_INTERRUPTED).
+    function perion_material_function(user, count, F0, F1, state0, state1, P, W) bind(c)
+      import :: c_double, c_int, c_int64_t, c_ptr
+      type(c_ptr), value :: user
+      integer(c_int64_t), value :: count
+      real(c_double), intent(in) :: F0(*)
+      real(c_double), intent(in) :: F1(*)
+      real(c_double), intent(in) :: state0(*)
+      real(c_double), intent(inout) :: state1(*)
+      real(c_double), intent(inout) :: P(*)
+      real(c_double), intent(inout) :: W(*)
+      integer(c_int) :: perion_material_function
+    end function perion_material_function
 
     !> A function that the host prescribes: fills values[count] at `time` for the points of its set, whose
     !> reference positions [count][dimension] come in the set's order. Runs on the calling thread, with the
@@ -597,6 +625,24 @@ module perion_c
       character(kind=c_char), intent(in) :: choice(*)
       integer(c_int32_t) :: perion_model_choose
     end function perion_model_choose
+
+    !> Takes a law of the host's own in place of `material`, with state_size numbers of state at each place where the
+    !> formulation asks its law: points, or bonds from both ends. Elastic constants are still needed. Simulations keep
+    !> function and user as long as they live. In 2D the function answers for what lies across, and stress_33 and
+    !> von_mises_stress are ERROR_UNSUPPORTED. Where a family does not span the body F has what is missing turned along,
+    !> without stretch, and P counts in the directions spanned.
+    !>
+    !> ERROR_ARGUMENT: state_size below 0 or above 100000. ERROR_NULL: no function. ERROR_UNSUPPORTED: a formulation that
+    !> asks no law. Since 0.1.
+    function perion_model_set_material_function(model, state_size, function, user) &
+        bind(c, name="perion_model_set_material_function")
+      import :: c_funptr, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: model
+      integer(c_int64_t), value :: state_size
+      type(c_funptr), value :: function
+      type(c_ptr), value :: user
+      integer(c_int32_t) :: perion_model_set_material_function
+    end function perion_model_set_material_function
 
     !> Frees a model and sets the pointer to NULL; NULL, or the address of NULL, is fine. Simulations made
     !> of it keep their own copy. ERROR_STATE: another call is using it. Since 0.1.

@@ -62,6 +62,7 @@ contains
     energy%dissipated = told%dissipated
     energy%external_work = told%external_work
     energy%closure_error = told%closure_error
+    energy%plastic = told%plastic
   end procedure simulation_energy
 
   module procedure simulation_health

@@ -1,4 +1,5 @@
-//! Damage: the integrity of bonds, what breaks them, and what of a point's family is lost.
+//! Damage: the integrity of bonds, what breaks them, and what of a point's family is lost. What materials remember
+//! stands beside it.
 
 mod critical_stretch;
 
@@ -19,18 +20,21 @@ pub(crate) struct BondState {
     pub(crate) intact: Vec<u8>,
     /// Integrity of each lane, where the host has set any.
     pub(crate) integrity: Option<Vec<f64>>,
+    /// Records of the laws with memory, of the last committed state; empty where no law has one.
+    pub(crate) records: Vec<f64>,
 }
 
 impl BondState {
-    /// All bonds intact.
-    pub(crate) fn new(families: &Families) -> Result<Self> {
+    /// All bonds intact, and nothing in so many numbers of records.
+    pub(crate) fn new(families: &Families, records: usize) -> Result<Self> {
         let mut intact = memory::filled(0_u8, families.block_count(), PURPOSE)?;
         for point in 0..families.offsets.len() - 1 {
             for bond in families.bonds(point) {
                 intact[bond.slot / LANES] |= 1 << (bond.slot % LANES);
             }
         }
-        Ok(Self { intact, integrity: None })
+        let records = memory::filled(0.0, records, "the memory of materials")?;
+        Ok(Self { intact, integrity: None, records })
     }
 
     pub(crate) fn is_intact(&self, slot: usize) -> bool {
@@ -70,13 +74,22 @@ impl BondState {
         }
     }
 
+    /// Takes over what materials remember after a sweep for forces, which leaves it in front of its scratch.
+    pub(crate) fn keep_records(&mut self, scratch: &[f64]) {
+        let count = self.records.len();
+        self.records.copy_from_slice(&scratch[..count]);
+    }
+
     /// The state as it is, to read from.
     pub(crate) fn view(&self) -> BondsView<'_> {
-        BondsView { intact: &self.intact, integrity: self.integrity.as_deref() }
+        let Self { intact, integrity, records } = self;
+        BondsView { intact, integrity: integrity.as_deref(), records }
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        memory::bytes(&self.intact) + self.integrity.as_ref().map_or(0, memory::bytes)
+        memory::bytes(&self.intact)
+            + self.integrity.as_ref().map_or(0, memory::bytes)
+            + memory::bytes(&self.records)
     }
 }
 
@@ -85,6 +98,7 @@ impl BondState {
 pub(crate) struct BondsView<'a> {
     pub(crate) intact: &'a [u8],
     pub(crate) integrity: Option<&'a [f64]>,
+    pub(crate) records: &'a [f64],
 }
 
 impl BondsView<'_> {

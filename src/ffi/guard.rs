@@ -5,6 +5,7 @@
 
 use std::any::Any;
 use std::cell::Cell;
+use std::ffi::c_void;
 use std::fmt;
 use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
 use std::sync::Once;
@@ -95,6 +96,15 @@ pub(crate) fn guard(
     HOST.replace(outer).unwrap_or(entered_with).restore();
     status
 }
+
+/// The host's own pointer, handed back to its callbacks.
+#[derive(Clone, Copy)]
+pub(crate) struct User(pub(crate) *mut c_void);
+
+// SAFETY: the library never looks behind it, and calls back on the thread that calls it only.
+unsafe impl Send for User {}
+// SAFETY: as above.
+unsafe impl Sync for User {}
 
 /// Runs a host's callback in the host's floating-point environment, and keeps what it makes of it.
 pub(crate) fn call_host<R>(callback: impl FnOnce() -> R) -> R {

@@ -31,6 +31,14 @@ impl<T> ByModel<T> {
         &self.values[self.model_of.get(point).map_or(0, |&number| number as usize)]
     }
 
+    pub(super) fn iter(&self) -> impl Iterator<Item = &T> {
+        self.values.iter()
+    }
+
+    pub(super) fn any(&self, is: impl Fn(&T) -> bool) -> bool {
+        self.values.iter().any(is)
+    }
+
     /// The value, if all points share it.
     pub(super) fn only(&self) -> Option<&T> {
         match &self.values[..] {

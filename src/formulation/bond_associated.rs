@@ -6,16 +6,17 @@
 //! t_ik = sum_{b: k in h_b} phi_b w_k P_b K_b^-1 xi_k. With force_form = literal the force of [P 4.20] as
 //! printed, t_ib = V(h_b)/V(H_i) w_b P_b K_b^-1 xi_b, which is not the slope of an energy.
 
-use super::body::{Body, ByModel, Link, Weights};
+use super::body::{Body, Link, Weights};
 use super::constants;
 use super::correspondence::add;
 use super::gradient::Shape;
 use super::kinematics::Kinematics;
+use super::laws::{Laws, Sites};
 use super::state_based::{Passes, StateBased};
 use super::{Formulation, FormulationEntry, Materials};
 use crate::error::Result;
 use crate::families::{LANES, Property};
-use crate::material::{Answer, Deformation, Law};
+use crate::material::{Answer, Deformation};
 use crate::tensor::{Tensor, Vector, add_outer, applied, product, scaled, zero};
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
@@ -38,7 +39,7 @@ const REACH: f64 = 1.0 + 1e-10;
 
 struct BondAssociated {
     weights: Weights,
-    laws: ByModel<Law>,
+    laws: Laws,
     /// Square of the bonds' own horizon.
     reach: Property,
     literal: bool,
@@ -51,7 +52,7 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
     )?;
     let bond_associated = BondAssociated {
         weights: Weights::new(materials)?,
-        laws: ByModel::new(materials, |model| Law::new(model, materials.dimension))?,
+        laws: Laws::new(materials, Sites::Lanes)?,
         reach,
         literal: materials.models[0].is_literal(),
     };
@@ -107,7 +108,7 @@ impl BondAssociated {
         let shape = Shape::new(&tensor);
         let gradient = product(&moved, &shape.inverse);
         let deformation = Deformation { gradient, span: shape.span, rank: shape.rank };
-        let answer = self.laws.at(point).answer(&deformation);
+        let answer = self.laws.answer(body, point, bond.slot, &deformation);
         Associated { shape, deformation, answer, volume }
     }
 
@@ -126,6 +127,22 @@ impl BondAssociated {
 impl Passes for BondAssociated {
     fn weights(&self) -> &Weights {
         &self.weights
+    }
+
+    fn laws(&self) -> Option<&Laws> {
+        Some(&self.laws)
+    }
+
+    fn each_site<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        _: &[f64],
+        ask: &mut dyn FnMut(usize, &Deformation<D>),
+    ) {
+        for bond in Self::own(body, point) {
+            ask(bond.slot, &self.associated(body, point, &bond).deformation);
+        }
     }
 
     fn width(&self, _: usize) -> usize {
@@ -212,11 +229,12 @@ impl Passes for BondAssociated {
         point: usize,
         _: &[f64],
     ) -> Kinematics {
-        let law = self.laws.at(point);
         let bonds = Self::own(body, point).map(|bond| {
             let at = self.associated(body, point, &bond);
-            let across = law.across(&at.deformation);
-            (at.volume, Kinematics::new(&at.deformation, &at.answer.stress, across))
+            let across = self.laws.across(body, point, bond.slot, &at.deformation);
+            let plastic = self.laws.plastic(body, point, bond.slot);
+            let made = Kinematics::new(&at.deformation, &at.answer.stress, across);
+            (at.volume, made.with_plastic(plastic))
         });
         Kinematics::mean(bonds)
     }

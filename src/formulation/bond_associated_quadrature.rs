@@ -11,14 +11,15 @@
 //! The stress that is shown of a point is the mean of those of its bonds, sum (w/omega0_i) P_ij V_j; with F_i it
 //! makes the Cauchy stress.
 
-use super::body::{Body, ByModel, Link, Weights};
+use super::body::{Body, Link, Weights};
 use super::constants;
 use super::correspondence::{add, gradient_at};
 use super::gradient::{MOST, monomials, width};
+use super::laws::{Laws, Sites};
 use super::state_based::{Passes, StateBased};
 use super::{Formulation, FormulationEntry, Kinematics, Materials};
 use crate::error::Result;
-use crate::material::{Across, Answer, Deformation, Law};
+use crate::material::{Across, Answer, Deformation};
 use crate::model::Model;
 use crate::tensor::{Tensor, Vector, add_outer, applied, difference, product, scaled, sum, zero};
 use std::f64::consts::PI;
@@ -57,14 +58,14 @@ fn critical_stretch(model: &Model, dimension: usize, horizon: f64, rate: f64) ->
 
 struct Baqp {
     weights: Weights,
-    laws: ByModel<Law>,
+    laws: Laws,
     order: usize,
 }
 
 fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
     let baqp = Baqp {
         weights: Weights::new(materials)?,
-        laws: ByModel::new(materials, |model| Law::new(model, materials.dimension))?,
+        laws: Laws::new(materials, Sites::Lanes)?,
         order: materials.models[0].gradient_order(),
     };
     Ok(Box::new(StateBased::new(materials, baqp)?))
@@ -163,20 +164,28 @@ impl Baqp {
     /// Energy and stress of a bond: the mean of the laws of its ends.
     fn answer<const D: usize>(
         &self,
+        body: &Body<'_, D>,
         point: usize,
-        neighbor: usize,
+        link: &Link<D>,
         deformation: &Deformation<D>,
     ) -> Answer<D> {
-        let (own, other) = (self.laws.at(point), self.laws.at(neighbor));
-        let answer = own.answer(deformation);
-        if std::ptr::eq(own, other) {
+        let answer = self.laws.answer(body, point, link.slot, deformation);
+        if std::ptr::eq(self.laws.at(point), self.laws.at(link.neighbor)) {
             return answer;
         }
-        let second = other.answer(deformation);
+        let back = self.back(body, point, link);
+        let second = self.laws.answer(body, link.neighbor, back, deformation);
         Answer {
             energy: 0.5 * (answer.energy + second.energy),
             stress: scaled(&sum(&answer.stress, &second.stress), 0.5),
         }
+    }
+
+    /// Where a bond stands at its other end, if a law there has a memory.
+    fn back<const D: usize>(&self, body: &Body<'_, D>, point: usize, link: &Link<D>) -> usize {
+        let slot = || body.scene.families.slot(link.neighbor, point);
+        let back = if self.laws.remember() { slot() } else { None };
+        back.unwrap_or(link.slot)
     }
 }
 
@@ -214,6 +223,24 @@ impl Passes for Baqp {
         true
     }
 
+    fn laws(&self) -> Option<&Laws> {
+        Some(&self.laws)
+    }
+
+    fn each_site<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        left: &[f64],
+        ask: &mut dyn FnMut(usize, &Deformation<D>),
+    ) {
+        let own = self.left(left, point, D);
+        for link in body.links(point) {
+            let other = self.left(left, link.neighbor, D);
+            ask(link.slot, &Self::quadrature(&link, &own, &other).deformation);
+        }
+    }
+
     fn has_second(&self) -> bool {
         true
     }
@@ -234,7 +261,7 @@ impl Passes for Baqp {
             if at.shares[0] == 0.0 {
                 continue;
             }
-            let answer = self.answer(point, link.neighbor, &at.deformation);
+            let answer = self.answer(body, point, &link, &at.deformation);
             let factor = 2.0 * at.shares[0] * at.weight * link.volume;
             stress = sum(&stress, &scaled(&product(&answer.stress, &at.across), factor));
         }
@@ -267,7 +294,7 @@ impl Passes for Baqp {
         for link in body.links(point) {
             let other = self.left(scratch, link.neighbor, D);
             let at = Self::quadrature(&link, &own, &other);
-            let answer = self.answer(point, link.neighbor, &at.deformation);
+            let answer = self.answer(body, point, &link, &at.deformation);
             let straight = applied(&answer.stress, &at.along);
             add(&mut force, 2.0 * at.weight * link.volume, &straight);
             let q = monomials(self.order, &link.reference, horizon(point));
@@ -288,7 +315,7 @@ impl Passes for Baqp {
         let terms = body.links(point).map(|link| {
             let other = self.left(scratch, link.neighbor, D);
             let at = Self::quadrature(&link, &own, &other);
-            let energy = self.answer(point, link.neighbor, &at.deformation).energy;
+            let energy = self.answer(body, point, &link, &at.deformation).energy;
             link.own * own.weight() * energy * link.volume
         });
         terms.sum()
@@ -308,20 +335,32 @@ impl Passes for Baqp {
     ) -> Kinematics {
         let own = self.left(scratch, point, D);
         let (mut stress, mut held) = (zero(), 0.0);
+        let (mut plastic, mut equivalent) = (zero(), 0.0);
+        let mut remembered = Across { stretch: 0.0, thickness: 0.0, held: 0.0 };
         for link in body.links(point) {
             let other = self.left(scratch, link.neighbor, D);
             let at = Self::quadrature(&link, &own, &other);
             let factor = link.own * own.weight() * link.volume;
-            let answer = self.answer(point, link.neighbor, &at.deformation);
+            let answer = self.answer(body, point, &link, &at.deformation);
             stress = sum(&stress, &scaled(&answer.stress, factor));
-            let across =
-                [point, link.neighbor].map(|end| self.laws.at(end).across(&at.deformation));
+            let ends = [(point, link.slot), (link.neighbor, self.back(body, point, &link))];
+            let across = ends.map(|(end, site)| self.laws.across(body, end, site, &at.deformation));
+            let (strain, amount) = self.laws.plastic(body, point, link.slot);
+            plastic = sum(&plastic, &scaled(&strain, factor));
+            equivalent += factor * amount;
             held += 0.5 * factor * (across[0].held + across[1].held);
+            remembered.stretch += factor * across[0].stretch;
+            remembered.thickness += factor * across[0].thickness;
         }
         let (gradient, span) = (own.gradient(), own.span());
         let deformation = Deformation { gradient, span, rank: own.rank() };
-        let across = Across { held, ..self.laws.at(point).across(&deformation) };
-        Kinematics::new(&deformation, &product(&stress, &span), across)
+        // The law of a point answers its own gradient too; one with a memory has been asked at the bonds alone.
+        let across = match self.laws.at(point) {
+            law if law.has_memory() && own.weight() > 0.0 => Across { held, ..remembered },
+            law => Across { held, ..law.across(&deformation) },
+        };
+        let made = Kinematics::new(&deformation, &product(&stress, &span), across);
+        made.with_plastic((plastic, equivalent))
     }
 
     fn bytes(&self) -> usize {

@@ -25,6 +25,8 @@ pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     refused_keys: &[
         "influence",
         "material",
+        "yield_stress",
+        "hardening_modulus",
         "silling_coefficient",
         "bond_horizon",
         "force_form",

@@ -94,7 +94,7 @@ pub(super) fn book(
     let mut add = |displacement: &[f64], factor: f64| {
         for (sign, bonds) in [(factor, scene.bonds), (-factor, broken)] {
             let scene = Scene { bonds, displacement, ..*scene };
-            for part in [EnergyPart::Strain, EnergyPart::Stabilization] {
+            for part in [EnergyPart::Strain, EnergyPart::Stabilization, EnergyPart::Plastic] {
                 energy(&scene, &near, part, density);
                 for (dissipated, density) in breaking.dissipated.iter_mut().zip(&*density) {
                     *dissipated += sign * density;

@@ -7,14 +7,15 @@
 
 use std::f64::consts::PI;
 
-use super::body::{Body, ByModel, Link, Weights};
+use super::body::{Body, Link, Weights};
 use super::constants;
-use super::gradient::{Gradient, MOST, monomials, width};
+use super::gradient::{Gradient, MOST, Shape, monomials, width};
+use super::laws::{Laws, Sites};
 use super::state_based::{Passes, StateBased};
 use super::{Formulation, FormulationEntry, Kinematics, Materials};
 use crate::error::Result;
 use crate::families::Property;
-use crate::material::{Answer, Deformation, Law};
+use crate::material::{Answer, Deformation};
 use crate::tensor::{
     Tensor, Vector, add_outer, applied, difference, dot, identity, product, scaled, sum, trace,
     zero,
@@ -77,7 +78,7 @@ enum Stabilisation {
 
 struct Correspondence {
     weights: Weights,
-    laws: ByModel<Law>,
+    laws: Laws,
     stabilisation: Stabilisation,
     /// C_s C_b / delta.
     penalty: Property,
@@ -100,7 +101,7 @@ fn prepare(
     let first = &materials.models[0];
     let correspondence = Correspondence {
         weights: Weights::new(materials)?,
-        laws: ByModel::new(materials, |model| Law::new(model, materials.dimension))?,
+        laws: Laws::new(materials, Sites::Points)?,
         stabilisation,
         penalty,
         order: first.gradient_order(),
@@ -126,7 +127,7 @@ impl Correspondence {
         let Gradient { shape, .. } = gradient;
         let deformation =
             Deformation { gradient: displacement_gradient, span: shape.span, rank: shape.rank };
-        let answer = self.laws.at(point).answer(&deformation);
+        let answer = self.laws.answer(body, point, point, &deformation);
         Own { gradient, deformation, answer, weight, volume }
     }
 
@@ -206,6 +207,22 @@ pub(super) fn gradient_at<const D: usize>(
 impl Passes for Correspondence {
     fn weights(&self) -> &Weights {
         &self.weights
+    }
+
+    fn laws(&self) -> Option<&Laws> {
+        Some(&self.laws)
+    }
+
+    fn each_site<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        _: &[f64],
+        ask: &mut dyn FnMut(usize, &Deformation<D>),
+    ) {
+        let (gradient, displacement_gradient, ..) = gradient_at(body, point, self.order);
+        let Shape { span, rank, .. } = gradient.shape;
+        ask(point, &Deformation { gradient: displacement_gradient, span, rank });
     }
 
     /// P rows (with strong divergence: P and rows), and C and H with a penalty.
@@ -322,8 +339,7 @@ impl Passes for Correspondence {
         _: &[f64],
     ) -> Kinematics {
         let own = self.own(body, point);
-        let across = self.laws.at(point).across(&own.deformation);
-        Kinematics::new(&own.deformation, &own.answer.stress, across)
+        self.laws.kinematics(body, point, &own.deformation, &own.answer)
     }
 
     fn bytes(&self) -> usize {

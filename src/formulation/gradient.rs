@@ -10,15 +10,11 @@
 //! alone (see `material`): two of three make a membrane, one a string, none nothing. The deformation
 //! in them turns with the body, so a rigid motion stores nothing and pulls on nothing.
 //!
-//! A gradient that is shown is completed ([`completed`]): directions not spanned turn with those that are, and have
-//! the stretch at which the material has no stress in them. Across a sheet (in 2D a line) that is the normal, and
-//! a rigid rotation gives exactly that rotation; around a string in 3D the rotation is the least that turns it, for
-//! a string does not know its twist; a point without a family has the identity.
+//! A gradient that is shown is completed (`material/completion.rs`): directions not spanned turn with those that are,
+//! and have the stretch at which the material has no stress in them.
 
-use crate::material::Deformation;
 use crate::tensor::{
-    Tensor, Vector, add_outer, applied, cofactors, determinant, difference, dot, eigen, identity,
-    inverse, scaled, sum, trace, zero,
+    Tensor, Vector, add_outer, determinant, eigen, identity, inverse, trace, zero,
 };
 
 /// Eigenvalue of K, over the largest, below which a direction is not spanned: a family flatter than a
@@ -221,59 +217,4 @@ fn first_rows<const D: usize>(
         }
     }
     Some(rows)
-}
-
-/// F - I of a deformation, with the directions that the family does not span turned with the others and stretched
-/// by `stretch`.
-pub(super) fn completed<const D: usize>(deformation: &Deformation<D>, stretch: f64) -> Tensor<D> {
-    let Deformation { gradient, span, rank } = deformation;
-    if *rank == D || *rank == 0 || *gradient == zero() {
-        return *gradient;
-    }
-    let missing = difference(&identity(), span);
-    let turned = if *rank + 1 == D {
-        let normal = direction(&missing);
-        let now = unit(&applied(&cofactors(&deformation.full()), &normal)).unwrap_or(normal);
-        let mut turned = zero();
-        add_outer(&mut turned, 1.0, &now, &normal);
-        turned
-    } else {
-        let axis = direction(span);
-        let now = unit(&applied(&deformation.full(), &axis)).unwrap_or(axis);
-        turned_least(&axis, &now, &missing)
-    };
-    sum(gradient, &difference(&scaled(&turned, stretch), &missing))
-}
-
-/// R (I - a a^T) with the least rotation R that takes one direction to another: R m = m - (a + b) (b.m)/(1 + a.b)
-/// for m across a.
-fn turned_least<const D: usize>(
-    from: &Vector<D>,
-    to: &Vector<D>,
-    missing: &Tensor<D>,
-) -> Tensor<D> {
-    let rest = 1.0 + dot(from, to);
-    if rest <= 1e-15 {
-        // Half a turn, about any direction across.
-        let about = direction(missing);
-        let mut turned = scaled(missing, -1.0);
-        add_outer(&mut turned, 2.0, &about, &about);
-        return turned;
-    }
-    let both: Vector<D> = std::array::from_fn(|axis| from[axis] + to[axis]);
-    let mut turned = *missing;
-    add_outer(&mut turned, -1.0 / rest, &both, &applied(missing, to));
-    turned
-}
-
-/// A direction that a projector keeps: its largest row.
-fn direction<const D: usize>(projector: &Tensor<D>) -> Vector<D> {
-    let largest = (1..D)
-        .fold(0, |best, row| if projector[row][row] > projector[best][best] { row } else { best });
-    unit(&projector[largest]).unwrap_or(projector[largest])
-}
-
-fn unit<const D: usize>(vector: &Vector<D>) -> Option<Vector<D>> {
-    let length = dot(vector, vector).sqrt();
-    (length > 0.0 && length.is_finite()).then(|| vector.map(|component| component / length))
 }

@@ -7,8 +7,7 @@
 
 use super::body::{Body, Link};
 use super::correspondence::gradient_at;
-use super::gradient::completed;
-use crate::material::{Across, Deformation, Law};
+use crate::material::{Across, Deformation, Law, completed};
 use crate::tensor::{
     Tensor, add_outer, contracted, determinant, difference, identity, product, scaled, sum,
     symmetric, trace, transposed, zero,
@@ -23,6 +22,9 @@ pub(crate) struct Kinematics {
     pub(crate) first_piola_stress: Tensor<3>,
     /// Change of volume per volume, in 2D of area.
     pub(crate) dilatation: f64,
+    /// Plastic strain in the rotated frame, and its equivalent.
+    pub(crate) plastic_strain: Tensor<3>,
+    pub(crate) equivalent_plastic_strain: f64,
 }
 
 impl Kinematics {
@@ -37,6 +39,8 @@ impl Kinematics {
             displacement_gradient: in_space(&gradient),
             first_piola_stress: in_space(stress),
             dilatation: 0.0,
+            plastic_strain: zero(),
+            equivalent_plastic_strain: 0.0,
         };
         // Before the plate has thinned.
         made.dilatation = volume_change(&made.displacement_gradient);
@@ -45,6 +49,10 @@ impl Kinematics {
             made.first_piola_stress[2][2] = across.held;
         }
         made
+    }
+
+    pub(super) fn with_plastic(self, (strain, equivalent): (Tensor<3>, f64)) -> Self {
+        Self { plastic_strain: strain, equivalent_plastic_strain: equivalent, ..self }
     }
 
     /// Of bonds that pull; `tension`: |t_ij| + |t_ji| and the deformed length of a bond.
@@ -72,8 +80,13 @@ impl Kinematics {
 
     /// The mean of several with their weights; at rest where there is none.
     pub(super) fn mean(parts: impl Iterator<Item = (f64, Self)>) -> Self {
-        let mut mean =
-            Self { displacement_gradient: zero(), first_piola_stress: zero(), dilatation: 0.0 };
+        let mut mean = Self {
+            displacement_gradient: zero(),
+            first_piola_stress: zero(),
+            dilatation: 0.0,
+            plastic_strain: zero(),
+            equivalent_plastic_strain: 0.0,
+        };
         let mut whole = 0.0;
         for (weight, part) in parts {
             whole += weight;
@@ -86,6 +99,9 @@ impl Kinematics {
                 towards(&mean.displacement_gradient, &part.displacement_gradient);
             mean.first_piola_stress = towards(&mean.first_piola_stress, &part.first_piola_stress);
             mean.dilatation += share * (part.dilatation - mean.dilatation);
+            mean.plastic_strain = towards(&mean.plastic_strain, &part.plastic_strain);
+            mean.equivalent_plastic_strain +=
+                share * (part.equivalent_plastic_strain - mean.equivalent_plastic_strain);
         }
         mean
     }

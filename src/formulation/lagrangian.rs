@@ -8,16 +8,17 @@
 //!
 //! Where a family does not span the body, bonds count as undeformed (see `gradient`).
 
-use super::body::{Body, ByModel, Weights};
+use super::body::{Body, Weights};
 use super::constants;
 use super::correspondence::add;
 use super::gradient::Shape;
 use super::kinematics::Kinematics;
+use super::laws::{Laws, Sites};
 use super::operators::Moments;
 use super::state_based::{Passes, StateBased};
 use super::{Formulation, FormulationEntry, Materials};
 use crate::error::Result;
-use crate::material::{Answer, Deformation, Law};
+use crate::material::{Answer, Deformation};
 use crate::tensor::{
     Tensor, Vector, applied, determinant, difference, inverse, product, scaled, transposed, zero,
 };
@@ -45,7 +46,7 @@ pub(super) const UPDATED: FormulationEntry = FormulationEntry {
 
 struct Lagrangian {
     weights: Weights,
-    laws: ByModel<Law>,
+    laws: Laws,
     updated: bool,
     deformed: bool,
     strong: bool,
@@ -55,7 +56,7 @@ fn prepare(materials: &Materials<'_>, updated: bool) -> Result<Box<dyn Formulati
     let first = &materials.models[0];
     let lagrangian = Lagrangian {
         weights: Weights::new(materials)?,
-        laws: ByModel::new(materials, |model| Law::new(model, materials.dimension))?,
+        laws: Laws::new(materials, Sites::Points)?,
         updated,
         deformed: first.has_deformed_bonds().unwrap_or(updated),
         strong: first.is_strong(),
@@ -76,7 +77,6 @@ impl Lagrangian {
     fn own<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> Own<D> {
         let Moments { reference, mixed, now, moved, moved_now } = Moments::new(body, point);
         let shape = Shape::new(&reference);
-        let law = self.laws.at(point);
         let spans = shape.rank == D;
         let gradient = if self.deformed && spans {
             product(&moved_now, &inverse(&transposed(&mixed)))
@@ -84,7 +84,7 @@ impl Lagrangian {
             product(&moved, &shape.inverse)
         };
         let deformation = Deformation { gradient, span: shape.span, rank: shape.rank };
-        let answer = law.answer(&deformation);
+        let answer = self.laws.answer(body, point, point, &deformation);
         // In the weak form both forms pull alike; the operators differ in the strong one.
         let (undeformed, deformed) = match (self.deformed && spans, self.updated && self.strong) {
             (false, false) => (shape.inverse, zero()),
@@ -110,6 +110,20 @@ impl Lagrangian {
 impl Passes for Lagrangian {
     fn weights(&self) -> &Weights {
         &self.weights
+    }
+
+    fn laws(&self) -> Option<&Laws> {
+        Some(&self.laws)
+    }
+
+    fn each_site<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        _: &[f64],
+        ask: &mut dyn FnMut(usize, &Deformation<D>),
+    ) {
+        ask(point, &self.own(body, point).deformation);
     }
 
     /// What bonds are multiplied by; with strong divergence stress and J too.
@@ -189,8 +203,7 @@ impl Passes for Lagrangian {
         _: &[f64],
     ) -> Kinematics {
         let own = self.own(body, point);
-        let across = self.laws.at(point).across(&own.deformation);
-        Kinematics::new(&own.deformation, &own.answer.stress, across)
+        self.laws.kinematics(body, point, &own.deformation, &own.answer)
     }
 
     fn is_degenerate<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> bool {

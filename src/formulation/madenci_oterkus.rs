@@ -24,6 +24,8 @@ pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     refused_keys: &[
         "influence",
         "material",
+        "yield_stress",
+        "hardening_modulus",
         "silling_coefficient",
         "surface_correction",
         "bond_horizon",

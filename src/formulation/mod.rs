@@ -10,6 +10,7 @@ mod correspondence;
 mod gradient;
 mod kinematics;
 mod lagrangian;
+mod laws;
 mod madenci_oterkus;
 mod operators;
 mod ordinary_state_based;
@@ -116,6 +117,17 @@ pub(crate) struct Scene<'a> {
     /// `dimension` numbers a point.
     pub(crate) displacement: &'a [f64],
     pub(crate) workers: &'a Workers,
+    /// Answers of laws with memory at this displacement, once they have been asked.
+    pub(crate) asked: Option<Asked<'a>>,
+}
+
+/// What laws with memory have answered.
+#[derive(Clone, Copy)]
+pub(crate) struct Asked<'a> {
+    /// A record a site.
+    pub(crate) records: &'a [f64],
+    /// The energy wanted is what is not given back.
+    pub(crate) dissipated: bool,
 }
 
 /// A part of the elastic energy.
@@ -125,6 +137,8 @@ pub(crate) enum EnergyPart {
     Strain,
     /// Of the penalty on what the material does not see.
     Stabilization,
+    /// What the material has dissipated.
+    Plastic,
 }
 
 /// Makes numbers of the deformation and stress of a point.
@@ -140,6 +154,16 @@ pub(crate) trait Formulation: Send + Sync {
     /// Numbers that a sweep for forces or energies writes aside; `breaks`: bonds may break in one.
     fn scratch(&self, _points: usize, _blocks: usize, _dimension: usize, _breaks: bool) -> usize {
         0
+    }
+
+    /// Numbers of records that its laws keep: the first ones of the scratch after a sweep for forces.
+    fn records(&self, _points: usize, _blocks: usize) -> usize {
+        0
+    }
+
+    /// Whether a law of the host's has asked to stop since this was last asked.
+    fn was_stopped(&self) -> bool {
+        false
     }
 
     /// Internal force per volume b_i of all points. With `breaking`, bonds that the rule condemns at

@@ -18,6 +18,8 @@ pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     description: "ordinary state-based, linear peridynamic solid (LPS): any Poisson's ratio",
     refused_keys: &[
         "material",
+        "yield_stress",
+        "hardening_modulus",
         "silling_coefficient",
         "bond_horizon",
         "force_form",

@@ -7,11 +7,15 @@ use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::{Body, Weights};
-use super::breaking::Near;
-use super::{EnergyPart, Formulation, Kinematics, Materials, Read, Scene, breaking, surface};
+pub(super) use super::breaking::Near;
+use super::laws::Laws;
+use super::{
+    Asked, EnergyPart, Formulation, Kinematics, Materials, Read, Scene, breaking, surface,
+};
 use crate::damage::Breaking;
 use crate::error::Result;
 use crate::families::{LANES, Property};
+use crate::material::Deformation;
 use crate::model::Plane;
 use crate::tensor::Vector;
 use crate::workers::{PerPoint, Ragged};
@@ -27,6 +31,22 @@ pub(super) trait Passes: Send + Sync {
 
     /// Takes the factors of the surface.
     fn correct(&mut self, _factors: Vec<f64>) {}
+
+    /// Its laws, where it asks any.
+    fn laws(&self) -> Option<&Laws> {
+        None
+    }
+
+    /// The deformations at which the law of a point is asked, and the site of each. `left`: what the first pass has
+    /// left of all points, where there is a pass between.
+    fn each_site<const D: usize>(
+        &self,
+        _body: &Body<'_, D>,
+        _point: usize,
+        _left: &[f64],
+        _ask: &mut dyn FnMut(usize, &Deformation<D>),
+    ) {
+    }
 
     /// Numbers a point that the first pass leaves for the second.
     fn width(&self, dimension: usize) -> usize;
@@ -159,13 +179,23 @@ impl<P: Passes> StateBased<P> {
         force: &mut [f64],
     ) -> Option<usize> {
         let (passes, count) = (&self.passes, scene.places.len());
+        let (records, scratch) = scratch.split_at_mut(self.records_of(scene));
         let body = Body::<D>::new(scene, passes.weights());
-        if passes.lane_width(D) > 0 {
-            return self.passes_over_lanes(&body, scratch, force);
-        }
         let width = passes.width(D);
         let (first, second) = scratch.split_at_mut(count * width);
-        let bad = self.first_pass(&body, first, None);
+        let mut bad = AtomicUsize::new(usize::MAX);
+        if passes.has_second() {
+            bad = self.first_pass(&body, first, None);
+        }
+        let scene = self.asked(&body, first, None, records, false);
+        let scene = &scene;
+        let body = Body::<D>::new(scene, passes.weights());
+        if passes.lane_width(D) > 0 {
+            return self.passes_over_lanes(&body, second, force);
+        }
+        if !passes.has_second() {
+            bad = self.first_pass(&body, first, None);
+        }
         let left = if passes.has_second() {
             let first = &*first;
             scene.workers.sweep(count, PerPoint(&mut *second, width), |range, result| {
@@ -236,6 +266,38 @@ impl<P: Passes> StateBased<P> {
         (found != usize::MAX).then_some(found)
     }
 
+    /// Whether there is such an energy at all.
+    fn has(&self, part: EnergyPart) -> bool {
+        match part {
+            EnergyPart::Strain => true,
+            EnergyPart::Stabilization => self.passes.has_penalty(),
+            EnergyPart::Plastic => self.passes.laws().is_some_and(Laws::remember),
+        }
+    }
+
+    fn records_of(&self, scene: &Scene<'_>) -> usize {
+        let blocks = scene.families.block_count();
+        self.passes.laws().map_or(0, |laws| laws.records(scene.places.len(), blocks))
+    }
+
+    /// The scene with the answers of laws that have a memory.
+    fn asked<'a, const D: usize>(
+        &self,
+        body: &Body<'a, D>,
+        left: &[f64],
+        near: Option<&Near<'_>>,
+        records: &'a mut [f64],
+        dissipated: bool,
+    ) -> Scene<'a> {
+        match self.passes.laws() {
+            Some(laws) if laws.remember() => {
+                laws.ask(body, &self.passes, left, near, records);
+                Scene { asked: Some(Asked { records, dissipated }), ..*body.scene }
+            }
+            _ => *body.scene,
+        }
+    }
+
     /// Runs the first pass, of all points or those that `near` wants; gives the first point where what it
     /// leaves is not to be used.
     fn first_pass<const D: usize>(
@@ -269,12 +331,16 @@ impl<P: Passes> StateBased<P> {
         part: EnergyPart,
         near: Option<&Near<'_>>,
     ) {
+        let (records, scratch) = scratch.split_at_mut(self.records_of(scene));
         let body = Body::<D>::new(scene, self.passes.weights());
         let left = &mut scratch[..scene.places.len() * self.passes.width(D)];
-        if part == EnergyPart::Strain && self.passes.energy_needs_pass() {
+        if part != EnergyPart::Stabilization && self.passes.energy_needs_pass() {
             self.first_pass(&body, left, near);
         }
         let left = &*left;
+        let scene = self.asked(&body, left, near, records, part == EnergyPart::Plastic);
+        let scene = &scene;
+        let body = Body::<D>::new(scene, self.passes.weights());
         scene.workers.sweep(scene.places.len(), PerPoint(density, 1), |range, density| {
             for (value, point) in density.0.iter_mut().zip(range) {
                 if near.is_some_and(|near| !near.wants_energy(point)) {
@@ -282,7 +348,9 @@ impl<P: Passes> StateBased<P> {
                     continue;
                 }
                 *value = match part {
-                    EnergyPart::Strain => self.passes.energy_at(&body, point, left),
+                    EnergyPart::Strain | EnergyPart::Plastic => {
+                        self.passes.energy_at(&body, point, left)
+                    }
                     EnergyPart::Stabilization => self.passes.stabilisation_at(&body, point),
                 };
             }
@@ -305,9 +373,15 @@ impl<P: Passes> StateBased<P> {
         values: &mut [f64],
         read: &Read<'_>,
     ) {
+        let (records, scratch) = scratch.split_at_mut(self.records_of(scene));
         let (body, count) = (Body::<D>::new(scene, self.passes.weights()), scene.places.len());
         let left = &mut scratch[..count * self.passes.width(D)];
-        self.first_pass(&body, left, None);
+        if self.passes.has_second() || self.records_of(scene) == 0 {
+            self.first_pass(&body, left, None);
+        }
+        let scene = self.asked(&body, left, None, records, false);
+        let scene = &scene;
+        let body = Body::<D>::new(scene, self.passes.weights());
         let (left, width) = (&*left, values.len() / count);
         scene.workers.sweep(count, PerPoint(values, width), |range, values| {
             for (values, point) in values.0.chunks_exact_mut(width).zip(range) {
@@ -322,11 +396,11 @@ impl<P: Passes> StateBased<P> {
             return;
         }
         let room = breaking::room(scene.places.len(), scene.dimension);
-        let (own, scratch) = scratch.split_at_mut(room);
+        let (scratch, own) = scratch.split_at_mut(scratch.len() - room);
         let needs_pass = self.passes.energy_needs_pass();
         breaking::book(scene, breaking, own, needs_pass, |scene, near, part, density| {
             match (part, scene.dimension) {
-                (EnergyPart::Stabilization, _) if !self.passes.has_penalty() => density.fill(0.0),
+                _ if !self.has(part) => density.fill(0.0),
                 (_, 3) => self.energies::<3>(scene, scratch, density, part, Some(near)),
                 _ => self.energies::<2>(scene, scratch, density, part, Some(near)),
             }
@@ -361,7 +435,16 @@ impl<P: Passes> Formulation for StateBased<P> {
         let passes = 1 + usize::from(self.passes.has_second());
         let lanes = blocks * LANES * self.passes.lane_width(dimension);
         let room = if breaks { breaking::room(points, dimension) } else { 0 };
-        points * passes * self.passes.width(dimension) + lanes + room
+        let records = self.records(points, blocks);
+        records + points * passes * self.passes.width(dimension) + lanes + room
+    }
+
+    fn was_stopped(&self) -> bool {
+        self.passes.laws().is_some_and(Laws::was_stopped)
+    }
+
+    fn records(&self, points: usize, blocks: usize) -> usize {
+        self.passes.laws().map_or(0, |laws| laws.records(points, blocks))
     }
 
     fn force(
@@ -394,7 +477,7 @@ impl<P: Passes> Formulation for StateBased<P> {
         part: EnergyPart,
     ) {
         match (part, scene.dimension) {
-            (EnergyPart::Stabilization, _) if !self.passes.has_penalty() => density.fill(0.0),
+            _ if !self.has(part) => density.fill(0.0),
             (_, 3) => self.energies::<3>(scene, scratch, density, part, None),
             _ => self.energies::<2>(scene, scratch, density, part, None),
         }

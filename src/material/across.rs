@@ -36,7 +36,9 @@ impl Law {
                 let strain = linear(in_plane);
                 self.made((1.0 + 2.0 * strain).sqrt(), lambda * (in_plane + free * strain))
             }
-            Kind::SmallStrain => {
+            // A host's law says nothing of what lies across.
+            Kind::Host => self.made(1.0, 0.0),
+            Kind::SmallStrain | Kind::Hypoelastic(_) => {
                 let in_plane = trace(&deformation.gradient);
                 let strain = linear(in_plane);
                 self.made(1.0 + strain, lambda * (in_plane + free * strain))

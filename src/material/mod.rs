@@ -6,22 +6,35 @@
 //! rigid motion costs nothing whatever a family spans, and the stress is the slope of the energy.
 
 mod across;
+mod completion;
+mod host;
+mod hypoelastic;
 mod neo_hookean;
+mod remember;
 mod saint_venant_kirchhoff;
 mod small_strain;
 
 pub(crate) use across::Across;
+pub(crate) use completion::completed;
+pub use host::MaterialBatch;
+pub(crate) use host::{HostLaw, Layout, Room};
+pub(crate) use remember::Record;
 
 use crate::error::Result;
 use crate::model::{Elastic, Model, Plane};
 use crate::tensor::Tensor;
+use hypoelastic::Plastic;
 
 /// How a material answers a deformation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
     SaintVenantKirchhoff,
     NeoHookean,
     SmallStrain,
+    /// It remembers: see [`Law::remember`].
+    Hypoelastic(Option<Plastic>),
+    /// The host's own function, asked in batches.
+    Host,
 }
 
 /// A law with its constants.
@@ -59,6 +72,23 @@ pub(crate) struct Answer<const D: usize> {
     pub(crate) stress: Tensor<D>,
 }
 
+/// Numbers of a record, with the size of a host's state: what a law with memory has answered at a site, and what it remembers there. The stress P as of
+/// a solid in space, the energies, and the memory.
+pub(crate) const fn record_width(host: Option<usize>) -> usize {
+    MEMORY
+        + match host {
+            Some(state) if 9 + state > hypoelastic::NUMBERS => 9 + state,
+            _ => hypoelastic::NUMBERS,
+        }
+}
+
+/// Where a record has the energy.
+pub(crate) const ENERGY: usize = 9;
+const DISSIPATED: usize = 10;
+/// Where a record says that a function of the host's is still to be asked.
+pub(crate) const PENDING: usize = 11;
+pub(crate) const MEMORY: usize = 12;
+
 impl Law {
     /// The law of a model in a body of so many dimensions.
     pub(crate) fn new(model: &Model, dimension: usize) -> Result<Self> {
@@ -78,8 +108,14 @@ impl Law {
             free[rank] = free[rank + 1] + 1;
         }
         let kind = match model.material() {
+            _ if model.host_law().is_some() => Kind::Host,
             "neo_hookean" => Kind::NeoHookean,
             "small_strain" => Kind::SmallStrain,
+            "hypoelastic" => Kind::Hypoelastic(None),
+            "j2_plastic" => Kind::Hypoelastic(Some(Plastic {
+                yield_stress: model.number("yield_stress").unwrap_or(f64::NAN),
+                hardening: model.number("hardening_modulus").unwrap_or(0.0),
+            })),
             _ => Kind::SaintVenantKirchhoff,
         };
         Self { kind, shear_modulus: mu, lambda, condensed, free, is_held_across }
@@ -95,7 +131,16 @@ impl Law {
             Kind::SaintVenantKirchhoff => saint_venant_kirchhoff::answer(self, deformation),
             Kind::NeoHookean => neo_hookean::answer(self, deformation),
             Kind::SmallStrain => small_strain::answer(self, deformation),
+            // Asked by `remember`.
+            Kind::Hypoelastic(_) | Kind::Host => {
+                Answer { energy: 0.0, stress: crate::tensor::zero() }
+            }
         }
+    }
+
+    /// Whether it is asked by [`Law::remember`].
+    pub(crate) fn has_memory(&self) -> bool {
+        matches!(self.kind, Kind::Hypoelastic(_) | Kind::Host)
     }
 
     /// lambda and mu for a family that spans so many directions.

@@ -13,6 +13,8 @@ pub enum Kind {
         /// Upper limit.
         below: f64,
     },
+    /// A finite number, 0 or more.
+    NotNegative,
     /// A whole number between these limits, which are themselves allowed.
     Whole {
         /// The least.
@@ -44,7 +46,7 @@ const fn number(name: &'static str, default: &'static str, description: &'static
 }
 
 /// The list of all keys.
-pub const KEYS: [Key; 22] = [
+pub const KEYS: [Key; 24] = [
     number("density", "", "mass per volume; must be given"),
     number(
         "horizon",
@@ -90,10 +92,26 @@ pub const KEYS: [Key; 22] = [
     },
     Key {
         name: "material",
-        description: "law of the correspondence kind: Saint Venant-Kirchhoff, neo-Hooke or small strain; \
+        description: "law of the correspondence kind: Saint Venant-Kirchhoff, neo-Hooke, small strain, \
+                      hypoelastic (a rate of stress in the rotated frame of Flanagan and Taylor), or j2_plastic \
+                      (von Mises plasticity in it, with yield_stress); \
                       the first, because it is linear in the strain and knows rotations",
         default: "saint_venant_kirchhoff",
-        kind: Kind::Choice("saint_venant_kirchhoff|neo_hookean|small_strain"),
+        kind: Kind::Choice(
+            "saint_venant_kirchhoff|neo_hookean|small_strain|hypoelastic|j2_plastic",
+        ),
+    },
+    number(
+        "yield_stress",
+        "",
+        "of j2_plastic, the stress in uniaxial tension at which it begins to flow",
+    ),
+    Key {
+        name: "hardening_modulus",
+        description: "of j2_plastic, stress by which the yield stress grows per equivalent plastic strain, 0 or \
+                      more; 0, perfect plasticity, because it is the least that one can claim",
+        default: "0",
+        kind: Kind::NotNegative,
     },
     Key {
         name: "silling_coefficient",
@@ -181,6 +199,15 @@ impl Key {
     pub(crate) fn check_number(&self, value: f64) -> Result<()> {
         let (above, below) = match self.kind {
             Kind::Number { above, below } => (above, below),
+            Kind::NotNegative => {
+                if value >= 0.0 && value.is_finite() {
+                    return Ok(());
+                }
+                return argument(format!(
+                    "'{}' is {value}; it must be finite and not negative",
+                    self.name
+                ));
+            }
             Kind::Whole { least, most } => {
                 if value.fract() == 0.0 && (f64::from(least)..=f64::from(most)).contains(&value) {
                     return Ok(());

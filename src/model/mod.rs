@@ -7,8 +7,12 @@ mod elastic;
 mod influence;
 mod keys;
 
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
 use crate::error::{Error, Result, argument};
 use crate::formulation::{self, FormulationEntry};
+use crate::material::{HostLaw, MaterialBatch};
 pub(crate) use elastic::GivenConstants;
 pub use elastic::{Elastic, Plane};
 pub use influence::Influence;
@@ -31,6 +35,7 @@ pub struct Model {
     formulation: &'static FormulationEntry,
     numbers: [Option<f64>; KEYS.len()],
     choices: [Option<usize>; KEYS.len()],
+    host_law: Option<HostLaw>,
 }
 
 impl Model {
@@ -43,6 +48,7 @@ impl Model {
             formulation: formulation::find(formulation)?,
             numbers: [None; KEYS.len()],
             choices: [None; KEYS.len()],
+            host_law: None,
         })
     }
 
@@ -80,6 +86,29 @@ impl Model {
         let place = self.find(key)?;
         self.choices[place] = Some(KEYS[place].check_choice(choice)?);
         Ok(())
+    }
+
+    /// Takes the host's own law in place of `material`: `function` answers batches of deformation gradients with
+    /// stress and energy, and keeps `state_size` numbers at each place, which become those of the material only
+    /// when a step is completed or committed. It is asked on the thread that drives the simulation, never two at
+    /// a time, and must give the same for the same. In 2D gradients have 2 x 2 numbers: what lies across is the
+    /// function's own. Elastic constants are still needed, for bonds' penalties and horizons of stiffness. A
+    /// function that breaks off ends the call with [`Error::Interrupted`].
+    ///
+    /// # Errors
+    /// `Unsupported` for a formulation that asks no law.
+    pub fn set_material_function(
+        &mut self,
+        state_size: usize,
+        function: impl Fn(&mut MaterialBatch<'_>) -> ControlFlow<()> + Send + Sync + 'static,
+    ) -> Result<()> {
+        self.find("material")?;
+        self.host_law = Some(HostLaw { state_size, function: Arc::new(function) });
+        Ok(())
+    }
+
+    pub(crate) fn host_law(&self) -> Option<&HostLaw> {
+        self.host_law.as_ref()
     }
 
     fn find(&self, key: &str) -> Result<usize> {
@@ -222,6 +251,21 @@ impl Model {
             for key in ["plane", "thickness"] {
                 if self.was_set(key) {
                     return argument(format!("'{key}' is set, but the points are 3D"));
+                }
+            }
+        }
+        if self.material() == "j2_plastic" && self.number("yield_stress").is_none() {
+            return argument(
+                "'material' is j2_plastic, but the model has no 'yield_stress'; set it",
+            );
+        }
+        if self.material() != "j2_plastic" {
+            for key in ["yield_stress", "hardening_modulus"] {
+                if self.was_set(key) {
+                    return argument(format!(
+                        "'{key}' is set, but 'material' is {}; choose j2_plastic",
+                        self.material()
+                    ));
                 }
             }
         }

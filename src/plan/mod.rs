@@ -76,6 +76,11 @@ impl Plan {
         self.formulation.scratch(self.count(), self.families.block_count(), self.dimension, breaks)
     }
 
+    /// Numbers that its laws remember.
+    pub(crate) fn records(&self) -> usize {
+        self.formulation.records(self.count(), self.families.block_count())
+    }
+
     /// The body at a displacement.
     pub(crate) fn scene<'a>(
         &'a self,
@@ -90,6 +95,7 @@ impl Plan {
             bonds: bonds.view(),
             displacement,
             workers,
+            asked: None,
         }
     }
 

@@ -3,6 +3,7 @@
 use super::Simulation;
 use super::setup::Built;
 use crate::error::{Error, Result};
+use crate::formulation::EnergyPart;
 use crate::memory;
 use crate::state::Ledger;
 use crate::workers::{Workers, block_count};
@@ -14,8 +15,10 @@ pub struct Energy {
     pub kinetic: f64,
     /// sum V W: what the bonds hold.
     pub elastic: f64,
-    /// What broken or weakened bonds held when they broke.
+    /// What broken bonds held when they broke, and the work of plastic flow.
     pub dissipated: f64,
+    /// Part of it that plastic flow took.
+    pub plastic: f64,
     /// Work of body forces, and of the constraints that hold prescribed points.
     pub external_work: f64,
     /// Kinetic + elastic + dissipated energy that neither external work accounts for, nor what was
@@ -83,10 +86,11 @@ impl Simulation {
     /// `Memory`, and what building the families can fail with.
     pub fn energy(&self) -> Result<Energy> {
         let (kinetic, elastic, dissipated) = (self.kinetic()?, self.elastic()?, self.dissipated()?);
+        let plastic = self.plastic()?;
         let Ledger { work, given, carried, open } = self.state.ledger;
         let closure_error =
             if open { kinetic + elastic + dissipated - (work + given) } else { carried };
-        Ok(Energy { kinetic, elastic, dissipated, external_work: work, closure_error })
+        Ok(Energy { kinetic, elastic, dissipated, plastic, external_work: work, closure_error })
     }
 
     fn kinetic(&self) -> Result<f64> {
@@ -107,8 +111,19 @@ impl Simulation {
     }
 
     fn dissipated(&self) -> Result<f64> {
-        let Built { plan, dissipated, .. } = self.built()?;
-        self.sum_over_points(|point| dissipated[0][point] * plan.places[point][3])
+        let built = self.built()?;
+        let density = built.dissipated_density(&self.state.current.displacement)?;
+        self.sum_over_points(|point| density[point] * built.plan.places[point][3])
+    }
+
+    fn plastic(&self) -> Result<f64> {
+        let built = self.built()?;
+        if built.bonds.records.is_empty() {
+            return Ok(0.0);
+        }
+        let density =
+            built.energy_density(&self.state.current.displacement, EnergyPart::Plastic)?;
+        self.sum_over_points(|point| density[point] * built.plan.places[point][3])
     }
 
     /// A sum over all points, in fixed blocks.

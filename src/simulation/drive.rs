@@ -6,6 +6,7 @@ use super::setup::Built;
 use super::{LogLevel, Simulation};
 use crate::damage::Breaking;
 use crate::error::{Error, Result, argument};
+use crate::plan::Plan;
 use crate::solver::time_step;
 use crate::solver::verlet::VerletStep;
 use crate::state::State;
@@ -52,7 +53,7 @@ impl Simulation {
             let scene = plan.scene(workers, bonds, &state.current.displacement);
             let force = &mut state.next.force;
             if let Some(point) = plan.formulation.force(&scene, scratch, force, None) {
-                return Err(not_finite("force", points.order().host[point], state.time));
+                return Err(failed_force(plan, points.order().host[point], state.time));
             }
             std::mem::swap(&mut state.current.force, &mut state.next.force);
             state.force_fresh = true;
@@ -125,14 +126,21 @@ impl Simulation {
             let breaking = Breaking { rule, intact: next_intact, dissipated: next, before };
             let force = &mut state.next.force;
             if let Some(point) = plan.formulation.force(&scene, scratch, force, Some(breaking)) {
-                return Err(not_finite("force", points.order().host[point], state.time));
+                return Err(failed_force(plan, points.order().host[point], state.time));
             }
             if bonds.intact != *next_intact {
                 state.force_fresh = false;
             }
             std::mem::swap(now, next);
             std::mem::swap(&mut bonds.intact, next_intact);
+        } else if !bonds.records.is_empty() {
+            let scene = plan.scene(workers, bonds, &state.current.displacement);
+            let force = &mut state.next.force;
+            if let Some(point) = plan.formulation.force(&scene, scratch, force, None) {
+                return Err(failed_force(plan, points.order().host[point], state.time));
+            }
         }
+        bonds.keep_records(scratch);
         state.pulled = true;
         state.time += time_step;
         state.steps += 1;
@@ -294,9 +302,10 @@ impl Simulation {
             partial: &mut built.partial,
             time_step,
         };
-        let work = step
-            .run()
-            .map_err(|place| not_finite("motion", points.order().host[place], state.time))?;
+        let work = step.run().map_err(|place| match stopped_by_law(&built.plan) {
+            Some(error) => error,
+            None => not_finite("motion", points.order().host[place], state.time),
+        })?;
         if !work.is_finite() {
             return Err(Error::Numeric(format!(
                 "the work of body forces is not finite after time {}; smaller loads may help",
@@ -308,6 +317,8 @@ impl Simulation {
             std::mem::swap(dissipated, next_dissipated);
             std::mem::swap(&mut built.bonds.intact, &mut built.next_intact);
         }
+        let Built { bonds, scratch, .. } = built;
+        bonds.keep_records(scratch);
         state.ledger.work += work;
         state.time = end;
         state.steps += 1;
@@ -321,6 +332,17 @@ pub(crate) fn stopped(made: Progress) -> Error {
         "the progress callback asked to stop after step {} of {}",
         made.done, made.total
     ))
+}
+
+/// Why a sweep for forces has failed at a point.
+fn failed_force(plan: &Plan, point: u32, time: f64) -> Error {
+    stopped_by_law(plan).unwrap_or_else(|| not_finite("force", point, time))
+}
+
+/// The error of a call that a law of the host's has stopped.
+pub(super) fn stopped_by_law(plan: &Plan) -> Option<Error> {
+    let text = "the material's function asked to stop";
+    plan.formulation.was_stopped().then(|| Error::Interrupted(text.into()))
 }
 
 /// The error that names a point, by the host's index, whose `what` is not finite.

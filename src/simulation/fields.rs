@@ -36,12 +36,16 @@ pub enum Field {
     StrainEnergyDensity,
     /// Energy per reference volume of the penalty on what the material does not see.
     StabilizationEnergyDensity,
-    /// Energy that broken bonds held, per reference volume.
+    /// Energy that broken bonds held and that plastic flow took, per reference volume.
     DissipatedEnergyDensity,
     /// Deformation gradient F, row after row: F_ij = dx_i/dX_j.
     DeformationGradient,
     /// Green-Lagrange strain (F^T F - I)/2, row after row.
     Strain,
+    /// Plastic strain in the rotated frame of the law, row after row: 0 where nothing flows.
+    PlasticStrain,
+    /// Equivalent plastic strain: its increments are sqrt(2/3) of the size of those of the plastic strain.
+    EquivalentPlasticStrain,
     /// First Piola-Kirchhoff stress P, row after row: force in axis i on the reference area across axis j.
     FirstPiolaStress,
     /// Cauchy stress P F^T/J, row after row.
@@ -66,7 +70,7 @@ pub enum Field {
 
 impl Field {
     /// All fields.
-    pub const ALL: [Self; 26] = [
+    pub const ALL: [Self; 28] = [
         Self::ReferencePosition,
         Self::Position,
         Self::Displacement,
@@ -83,6 +87,8 @@ impl Field {
         Self::DissipatedEnergyDensity,
         Self::DeformationGradient,
         Self::Strain,
+        Self::PlasticStrain,
+        Self::EquivalentPlasticStrain,
         Self::FirstPiolaStress,
         Self::CauchyStress,
         Self::Stress33,
@@ -114,6 +120,8 @@ impl Field {
             Self::DissipatedEnergyDensity => "dissipated_energy_density",
             Self::DeformationGradient => "deformation_gradient",
             Self::Strain => "strain",
+            Self::PlasticStrain => "plastic_strain",
+            Self::EquivalentPlasticStrain => "equivalent_plastic_strain",
             Self::FirstPiolaStress => "first_piola_stress",
             Self::CauchyStress => "cauchy_stress",
             Self::Stress33 => "stress_33",
@@ -162,6 +170,7 @@ impl Field {
             | Self::Reaction => dimension,
             Self::DeformationGradient
             | Self::Strain
+            | Self::PlasticStrain
             | Self::FirstPiolaStress
             | Self::CauchyStress
             | Self::ShapeTensor

@@ -1,5 +1,6 @@
 //! Fields of deformation and stress, computed when asked for.
 
+use super::drive::stopped_by_law;
 use super::fields::PURPOSE;
 use super::setup::Built;
 use super::{Field, Simulation};
@@ -18,6 +19,15 @@ impl Simulation {
                 field.name()
             )));
         }
+        if dimension == 2
+            && matches!(field, Field::Stress33 | Field::VonMisesStress)
+            && self.models.iter().any(|model| model.host_law().is_some())
+        {
+            return Err(Error::Unsupported(format!(
+                "{} needs the stress across the body, which a material function does not give",
+                field.name()
+            )));
+        }
         let Built { workers, plan, bonds, .. } = self.built()?;
         let scene = plan.scene(workers, bonds, &self.state.current.displacement);
         let width = field.components(dimension);
@@ -29,6 +39,9 @@ impl Simulation {
             plan.formulation.kinematics(&scene, &mut scratch, &mut values, &|at, values| {
                 read(field, dimension, at, values);
             });
+        }
+        if let Some(error) = stopped_by_law(plan) {
+            return Err(error);
         }
         match values.iter().position(|value| !value.is_finite()) {
             Some(place) => Err(Error::Numeric(format!(
@@ -62,6 +75,8 @@ fn read(field: Field, dimension: usize, at: &Kinematics, values: &mut [f64]) {
     match field {
         Field::DeformationGradient => tensor(at.deformation_gradient()),
         Field::Strain => tensor(at.strain()),
+        Field::PlasticStrain => tensor(at.plastic_strain),
+        Field::EquivalentPlasticStrain => values[0] = at.equivalent_plastic_strain,
         Field::FirstPiolaStress => tensor(at.first_piola_stress),
         Field::CauchyStress => tensor(at.cauchy_stress()),
         Field::Stress33 => values[0] = at.cauchy_stress()[2][2],

@@ -1,5 +1,6 @@
 //! Set-up: materials by set, interfaces, pre-cracks and integrity, and the building of the families.
 
+use super::drive::stopped_by_law;
 use super::{LogLevel, Simulation, refuse_after_setup};
 use crate::damage::BondState;
 use crate::error::{Error, Result, argument};
@@ -265,7 +266,7 @@ impl Simulation {
         let workers = self.start_workers(self.threads)?;
         let requests = &self.scene_requests;
         let plan = Plan::new(&workers, &self.points, &self.models, &self.model_of, requests)?;
-        let bonds = BondState::new(&plan.families)?;
+        let bonds = BondState::new(&plan.families, plan.records())?;
         let count = plan.count();
         let masks = if plan.rule.is_some() { plan.families.block_count() } else { 0 };
         let next = if plan.rule.is_some() { count } else { 0 };
@@ -306,6 +307,7 @@ impl Simulation {
             bonds: bonds.view(),
             displacement: &[],
             workers,
+            asked: None,
         })?;
         for request in damage.filter(|request| !is_notch(request)) {
             if let Some(text) = built.carry_out(request, centre)? {
@@ -332,7 +334,7 @@ impl Built {
         let mut density = memory::filled(0.0, self.plan.count(), "energy")?;
         let mut scratch = memory::filled(0.0, self.plan.scratch(), "energy")?;
         self.plan.formulation.energy_density(&scene, &mut scratch, &mut density, part);
-        Ok(density)
+        stopped_by_law(&self.plan).map_or(Ok(density), Err)
     }
 
     /// Elastic energy per volume, both parts.
@@ -340,6 +342,19 @@ impl Built {
         let mut density = self.energy_density(displacement, EnergyPart::Strain)?;
         let penalty = self.energy_density(displacement, EnergyPart::Stabilization)?;
         density.iter_mut().zip(&penalty).for_each(|(density, penalty)| *density += penalty);
+        Ok(density)
+    }
+
+    /// Energy per volume that is not given back: that of broken bonds, and of plastic flow up to a displacement.
+    pub(super) fn dissipated_density(&self, displacement: &[f64]) -> Result<Vec<f64>> {
+        if self.bonds.records.is_empty() {
+            return memory::copied(&self.dissipated[0], "energy");
+        }
+        let mut density = self.energy_density(displacement, EnergyPart::Plastic)?;
+        density
+            .iter_mut()
+            .zip(&self.dissipated[0])
+            .for_each(|(density, broken)| *density += broken);
         Ok(density)
     }
 

@@ -48,9 +48,13 @@ impl Simulation {
             })?,
             Field::StrainEnergyDensity => self.energy_density(EnergyPart::Strain)?,
             Field::StabilizationEnergyDensity => self.energy_density(EnergyPart::Stabilization)?,
-            Field::DissipatedEnergyDensity => Cow::Borrowed(&self.built()?.dissipated[0]),
+            Field::DissipatedEnergyDensity => {
+                Cow::Owned(self.built()?.dissipated_density(&current.displacement)?)
+            }
             Field::DeformationGradient
             | Field::Strain
+            | Field::PlasticStrain
+            | Field::EquivalentPlasticStrain
             | Field::FirstPiolaStress
             | Field::CauchyStress
             | Field::Stress33

@@ -5,6 +5,10 @@ use std::collections::BTreeSet;
 
 /// Numbers behind these names are arrays, `name(*)`.
 const ARRAYS: &[&str] = &[
+    "F0",
+    "F1",
+    "P",
+    "W",
     "components",
     "coordinates",
     "field",
@@ -17,6 +21,8 @@ const ARRAYS: &[&str] = &[
     "positions",
     "reference_positions",
     "result",
+    "state0",
+    "state1",
     "stretch",
     "times",
     "upper",

@@ -206,6 +206,7 @@ fn page_of_keys() -> String {
     for key in &KEYS {
         let takes = match key.kind {
             Kind::Choice(choices) => format!("`{}`", choices.replace('|', "`, `")),
+            Kind::NotNegative => "a number, 0 or more".to_owned(),
             Kind::Whole { least, most } => format!("a whole number from {least} to {most}"),
             Kind::Number { above, below } if below.is_infinite() && above.is_infinite() => {
                 "a number".into()

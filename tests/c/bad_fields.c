@@ -3,7 +3,7 @@
 
 #define state_of scene_state_of
 
-static const perion_field no_fields[] = {0, 17, 28, -1, INT32_MAX, INT32_MIN};
+static const perion_field no_fields[] = {0, 29, 1000, -1, INT32_MAX, INT32_MIN};
 enum { NO_FIELDS = sizeof no_fields / sizeof no_fields[0] };
 
 static const int64_t bad_lengths[] = {0, 1, SCENE_LENGTH - 1, SCENE_LENGTH + 1, -1, INT64_MIN, INT64_MAX};

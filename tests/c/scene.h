@@ -16,7 +16,7 @@ enum { SCENE_COUNT = 12 * 8 * 4, SCENE_LENGTH = 3 * SCENE_COUNT, SCENE_LAYER = 8
 enum { SCENE_ROOM = 9 * SCENE_COUNT };
 
 /* All fields that a body in 3D has, for loops. */
-enum { SCENE_FIELDS = 25 };
+enum { SCENE_FIELDS = 27 };
 extern const perion_field scene_fields[SCENE_FIELDS];
 
 /* How many numbers a field has. */

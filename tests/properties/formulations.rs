@@ -9,6 +9,7 @@ mod degenerate;
 mod energies;
 mod ledger;
 mod materials;
+mod memory;
 mod motion;
 mod partial_volume;
 mod smoothed;

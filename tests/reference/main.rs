@@ -18,6 +18,7 @@ mod influence;
 mod invariants;
 mod kinematics;
 mod mechanics;
+mod memory;
 mod motion;
 mod operators;
 mod order;

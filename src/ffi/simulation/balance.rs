@@ -17,7 +17,7 @@ pub struct perion_energy {
     pub kinetic: f64,
     /// sum V W, what the bonds hold
     pub elastic: f64,
-    /// what broken or weakened bonds held
+    /// what broken bonds held, and the work of plastic flow
     pub dissipated: f64,
     /// work of body forces, and of what holds prescribed points
     pub external_work: f64,
@@ -25,6 +25,8 @@ pub struct perion_energy {
     /// Verlet lets it swing by about (omega dt)^2/8 of the energy; growing above that, energy comes out of
     /// nothing. Steps that the host commits itself are not in it: their work is not known
     pub closure_error: f64,
+    /// part of dissipated that plastic flow took
+    pub plastic: f64,
 }
 
 /// What to look at before trusting a result. Let perion_health_init set struct_size.
@@ -127,6 +129,7 @@ pub unsafe extern "C" fn perion_simulation_energy(
                 dissipated: known.dissipated,
                 external_work: known.external_work,
                 closure_error: known.closure_error,
+                plastic: known.plastic,
             };
             sized::write(energy, &value, "energy")
         }

@@ -7,7 +7,7 @@ use super::setup::{change, perion_simulation};
 use crate::conditions::Quantity;
 use crate::error::argument;
 use crate::ffi::arguments::{convert, slice, text};
-use crate::ffi::guard::{Failure, call_host, guard};
+use crate::ffi::guard::{Failure, User, call_host, guard};
 use crate::ffi::status::perion_status;
 
 /// What a condition prescribes.
@@ -34,15 +34,6 @@ pub type perion_function = Option<
         values: *mut f64,
     ) -> c_int,
 >;
-
-/// The host's own pointer, handed back to its callbacks.
-#[derive(Clone, Copy)]
-pub(super) struct User(pub(super) *mut c_void);
-
-// SAFETY: the library never looks behind it, and calls back on the thread that calls it only.
-unsafe impl Send for User {}
-// SAFETY: as above.
-unsafe impl Sync for User {}
 
 fn quantity_of(quantity: perion_quantity) -> Result<Quantity, Failure> {
     match quantity {

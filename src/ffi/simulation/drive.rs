@@ -2,10 +2,9 @@
 
 use std::ffi::{CString, c_char, c_int, c_void};
 
-use super::conditions::User;
 use super::setup::{Hosted, change, look_back, perion_simulation};
 use crate::ffi::arguments::{convert, output};
-use crate::ffi::guard::{call_host, guard};
+use crate::ffi::guard::{User, call_host, guard};
 use crate::ffi::handle::{self, Session};
 use crate::ffi::status::perion_status;
 use crate::simulation::{LogLevel, stopped};

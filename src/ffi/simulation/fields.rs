@@ -44,13 +44,15 @@ pub const PERION_FIELD_DAMAGE: perion_field = 11;
 pub const PERION_FIELD_STRAIN_ENERGY_DENSITY: perion_field = 12;
 /// Energy per reference volume of the penalty on what the material does not see.
 pub const PERION_FIELD_STABILIZATION_ENERGY_DENSITY: perion_field = 13;
-/// Energy that broken bonds held, per reference volume.
+/// Energy that broken bonds held and that plastic flow took, per reference volume.
 pub const PERION_FIELD_DISSIPATED_ENERGY_DENSITY: perion_field = 14;
 /// Deformation gradient F_ij = dx_i/dX_j; a tensor. Where the bonds of a point do not span the body, what they
 /// leave out turns with them and thins freely.
 pub const PERION_FIELD_DEFORMATION_GRADIENT: perion_field = 15;
 /// Green-Lagrange strain (F^T F - I)/2; a tensor.
 pub const PERION_FIELD_STRAIN: perion_field = 16;
+/// Plastic strain of j2_plastic in the rotated frame of the law; a tensor, 0 for what does not flow.
+pub const PERION_FIELD_PLASTIC_STRAIN: perion_field = 17;
 /// First Piola-Kirchhoff stress P_ij, the force in axis i on the reference area across axis j; a tensor.
 /// correspondence: that of the material at F, without the penalty of the stabilised forms.
 /// bond_associated_quadrature: the mean over the bonds. The others: the virial or areal stress
@@ -77,9 +79,11 @@ pub const PERION_FIELD_SHAPE_TENSOR: perion_field = 25;
 pub const PERION_FIELD_MIXED_SHAPE_TENSOR: perion_field = 26;
 /// M = sum w eta eta^T V; a tensor.
 pub const PERION_FIELD_DEFORMED_SHAPE_TENSOR: perion_field = 27;
+/// Equivalent plastic strain: its increments are sqrt(2/3) of the size of those of the plastic strain.
+pub const PERION_FIELD_EQUIVALENT_PLASTIC_STRAIN: perion_field = 28;
 
 /// The constants of [`Field::ALL`].
-const NUMBERS: [perion_field; 26] = [
+const NUMBERS: [perion_field; 28] = [
     PERION_FIELD_REFERENCE_POSITION,
     PERION_FIELD_POSITION,
     PERION_FIELD_DISPLACEMENT,
@@ -96,6 +100,8 @@ const NUMBERS: [perion_field; 26] = [
     PERION_FIELD_DISSIPATED_ENERGY_DENSITY,
     PERION_FIELD_DEFORMATION_GRADIENT,
     PERION_FIELD_STRAIN,
+    PERION_FIELD_PLASTIC_STRAIN,
+    PERION_FIELD_EQUIVALENT_PLASTIC_STRAIN,
     PERION_FIELD_FIRST_PIOLA_STRESS,
     PERION_FIELD_CAUCHY_STRESS,
     PERION_FIELD_STRESS_33,

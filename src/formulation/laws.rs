@@ -1,0 +1,227 @@
+//! How passes ask the laws of their points: those without memory at once, those with memory from the records that
+//! a sweep before has made.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use super::body::{Body, ByModel};
+use super::kinematics::Kinematics;
+use super::state_based::{Near, Passes};
+use super::{Materials, Scene};
+use crate::error::Result;
+use crate::families::LANES;
+use crate::material::{
+    Across, Answer, Deformation, ENERGY, HostLaw, Law, Layout, MEMORY, PENDING, Record, Room,
+    record_width,
+};
+use crate::tensor::zero;
+use crate::workers::{PerPoint, Ragged};
+
+/// Where a formulation asks its laws.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sites {
+    Points,
+    /// At each end of each bond.
+    Lanes,
+}
+
+pub(super) struct Laws {
+    of: ByModel<Law>,
+    pub(super) sites: Sites,
+    remember: bool,
+    /// Numbers of a record.
+    width: usize,
+    /// Laws of the host's, by model, and where they are asked: one at a time.
+    host: ByModel<Option<HostLaw>>,
+    room: Mutex<Room>,
+    stopped: AtomicBool,
+    dimension: usize,
+}
+
+impl Laws {
+    pub(super) fn new(materials: &Materials<'_>, sites: Sites) -> Result<Self> {
+        let of = ByModel::new(materials, |model| Law::new(model, materials.dimension))?;
+        let remember = of.any(Law::has_memory);
+        let host = ByModel::new(materials, |model| Ok(model.host_law().cloned()))?;
+        let state = host.iter().flatten().map(|law| law.state_size).max();
+        let (width, dimension) = (record_width(state), materials.dimension);
+        let room = match state {
+            Some(state) => Room::new(dimension, state)?,
+            None => Room::new(0, 0)?,
+        };
+        let (room, stopped) = (Mutex::new(room), AtomicBool::new(false));
+        Ok(Self { of, sites, remember, width, host, room, stopped, dimension })
+    }
+
+    pub(super) fn at(&self, point: usize) -> &Law {
+        self.of.at(point)
+    }
+
+    /// Whether any of them has a memory.
+    pub(super) fn remember(&self) -> bool {
+        self.remember
+    }
+
+    /// Numbers of records of a body.
+    pub(super) fn records(&self, points: usize, blocks: usize) -> usize {
+        match (self.remember, self.sites) {
+            (false, _) => 0,
+            (_, Sites::Points) => points * self.width,
+            (_, Sites::Lanes) => blocks * LANES * self.width,
+        }
+    }
+
+    /// Energy and stress of a point's law at a site.
+    #[inline(always)]
+    pub(super) fn answer<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        site: usize,
+        deformation: &Deformation<D>,
+    ) -> Answer<D> {
+        let law = self.at(point);
+        match body.scene.asked {
+            Some(asked) if law.has_memory() => Record::at(asked.records, self.width, site)
+                .answer(&deformation.span, asked.dissipated),
+            _ => law.answer(deformation),
+        }
+    }
+
+    /// What the law has across a deformation at a site.
+    pub(super) fn across<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        site: usize,
+        deformation: &Deformation<D>,
+    ) -> Across {
+        let law = self.at(point);
+        match body.scene.asked {
+            Some(asked) if law.has_memory() => {
+                Record::at(asked.records, self.width, site).across(deformation)
+            }
+            _ => law.across(deformation),
+        }
+    }
+
+    /// Plastic strain at a site, and its equivalent.
+    pub(super) fn plastic<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        site: usize,
+    ) -> ([[f64; 3]; 3], f64) {
+        match body.scene.asked {
+            Some(asked) if self.at(point).has_memory() => {
+                Record::at(asked.records, self.width, site).plastic_strain()
+            }
+            _ => (zero(), 0.0),
+        }
+    }
+
+    /// Deformation and stress of a point whose law is asked at it.
+    pub(super) fn kinematics<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        deformation: &Deformation<D>,
+        answer: &Answer<D>,
+    ) -> Kinematics {
+        let across = self.across(body, point, point, deformation);
+        let plastic = self.plastic(body, point, point);
+        Kinematics::new(deformation, &answer.stress, across).with_plastic(plastic)
+    }
+
+    /// Asks all laws with memory, those near broken bonds if `near` says so: records of all sites, from the
+    /// committed ones.
+    pub(super) fn ask<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        passes: &impl Passes,
+        left: &[f64],
+        near: Option<&Near<'_>>,
+        records: &mut [f64],
+    ) {
+        let (scene, count) = (body.scene, body.scene.places.len());
+        let (width, all) = (self.width, &mut *records);
+        let point_at = |point: usize, first: usize, new: &mut [f64]| {
+            let old = &scene.bonds.records[first..first + new.len()];
+            new.copy_from_slice(old);
+            if near.is_some_and(|near| !near.wants_pass(point)) || !self.at(point).has_memory() {
+                return;
+            }
+            passes.each_site(body, point, left, &mut |site, deformation| {
+                let own = site * width - first..(site + 1) * width - first;
+                let old = &scene.bonds.records[site * width..(site + 1) * width];
+                self.at(point).remember(deformation, old, &mut new[own]);
+            });
+        };
+        match self.sites {
+            Sites::Points => scene.workers.sweep(count, PerPoint(all, width), |range, new| {
+                for (new, point) in new.0.chunks_exact_mut(width).zip(range) {
+                    point_at(point, point * width, new);
+                }
+            }),
+            Sites::Lanes => {
+                let (offsets, width) = (&scene.families.offsets, LANES * width);
+                let new = Ragged { values: all, offsets, width };
+                scene.workers.sweep(count, new, |range, new| {
+                    let start = offsets[range.start] as usize;
+                    for point in range {
+                        let blocks = scene.families.blocks(point);
+                        let own = (blocks.start - start) * width..(blocks.end - start) * width;
+                        point_at(point, blocks.start * width, &mut new.values[own]);
+                    }
+                });
+            }
+        }
+        if self.host.any(Option::is_some) {
+            self.ask_host(scene, records);
+        }
+    }
+
+    /// Asks the host's laws what waits for them, law after law, on this thread.
+    fn ask_host(&self, scene: &Scene<'_>, records: &mut [f64]) {
+        // A panic of a host's function has left nothing that is not made anew.
+        let mut room = self.room.lock().unwrap_or_else(PoisonError::into_inner);
+        let layout = Layout {
+            width: self.width,
+            dimension: self.dimension,
+            energy: ENERGY,
+            pending: PENDING,
+            memory: MEMORY,
+        };
+        for law in self.host.iter().flatten() {
+            room.clear();
+            let belongs = |point: usize| {
+                self.host.at(point).as_ref().is_some_and(|own| std::ptr::eq(own, law))
+            };
+            let points = (0..scene.places.len()).filter(|&point| belongs(point));
+            let sites = points.flat_map(|point| match self.sites {
+                Sites::Points => point..point + 1,
+                Sites::Lanes => {
+                    let blocks = scene.families.blocks(point);
+                    blocks.start * LANES..blocks.end * LANES
+                }
+            });
+            if room.ask(law, layout, sites, scene.bonds.records, records).is_break() {
+                self.stopped.store(true, Ordering::Relaxed);
+                // No answer is none: the sweep fails.
+                for record in records.chunks_exact_mut(self.width) {
+                    record[..MEMORY].fill(f64::NAN);
+                }
+                return;
+            }
+        }
+    }
+
+    /// Whether a function of the host's has asked to stop since this was last asked.
+    pub(super) fn was_stopped(&self) -> bool {
+        self.stopped.swap(false, Ordering::Relaxed)
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.of.bytes()
+    }
+}
