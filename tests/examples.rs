@@ -1,4 +1,4 @@
-//! The examples `specimen` and `wave` give what mechanics says, and the same in C, Fortran and Rust.
+//! The examples `specimen`, `wave` and `own_material` give what mechanics says, and the same in C, Fortran and Rust.
 #![allow(
     clippy::disallowed_methods,
     clippy::disallowed_macros,
@@ -11,6 +11,9 @@ mod common;
 #[path = "fortran_interface/compilers.rs"]
 #[allow(dead_code)]
 mod compilers;
+#[path = "../examples/own_material/main.rs"]
+#[allow(dead_code)]
+mod own_material;
 #[path = "../examples/specimen/main.rs"]
 #[allow(dead_code)]
 mod specimen;
@@ -152,6 +155,42 @@ fn the_front_runs_at_the_speed_of_a_bar_less_what_its_lateral_inertia_costs() {
         let closure = energy.closure_error / energy.external_work;
         assert!(closure.abs() < 1e-3, "{closure}");
     }
+}
+
+#[test]
+fn the_force_of_a_bar_with_a_law_of_its_own_relaxes_as_its_closed_form() {
+    let bar = own_material::run(20).unwrap();
+    // The pull, of u in T, ends with an acceleration of 4 u/T^2 taken off at once: the bar swings by up to twice the
+    // force of its inertia, rho A L 2 u/T^2, about E A u/L.
+    let (density, length, ramp) = (1.2e-3, 17.0, 0.5_f64);
+    let swing = 4.0 * density * length * length / (1000.0 * ramp * ramp);
+    assert!(swing < 0.006 && bar.worst < swing, "{}, swing {swing}", bar.worst);
+    // (1 + c)/(1 + c exp(-3)), c = ((1 - exp(-1/2))/(1/2))^2.
+    let relaxed = bar.forces[60] / bar.forces[240];
+    let left = (2.0 * (1.0 - (-0.5_f64).exp())).powi(2);
+    let closed = (1.0 + left) / (1.0 + left * (-3.0_f64).exp());
+    assert!((relaxed / closed - 1.0).abs() < swing, "{relaxed}, closed form {closed}");
+    // Between the innermost points of the grips, 17 mm apart; families of grips reach beyond them.
+    let elastic = 1000.0 * 16.0 * 0.16 / length;
+    assert!((bar.bearing / elastic - 1.0).abs() < 0.02, "{} N, {elastic}", bar.bearing);
+    // Held for three tau, Q keeps exp(-6) of its energy, and the motion less: what was put in and is neither in the
+    // elastic springs, E A u^2/2L, nor given back is in the dashpots.
+    let energy = &bar.energy;
+    let springs = 0.5 * bar.bearing * 0.16;
+    assert!((energy.elastic / springs - 1.0).abs() < 0.01, "{} mJ, {springs}", energy.elastic);
+    let taken = energy.external_work - energy.elastic;
+    assert!((-energy.closure_error / taken - 1.0).abs() < 1e-3, "{energy:?}");
+}
+
+#[test]
+fn the_own_material_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads() {
+    let name = "the_own_material_prints_the_same_in_c_fortran_and_rust_for_any_number_of_threads";
+    if let Some(directory) = rust_side() {
+        let outcome = own_material::run(10).unwrap();
+        own_material::write_curve(&format!("{directory}/rust.csv"), &outcome).unwrap();
+        return;
+    }
+    compare_twins(name, "own_material", &["10"]);
 }
 
 #[test]
