@@ -58,7 +58,7 @@ module perion
 
   public :: perion_points, perion_model, perion_simulation, perion_error
   public :: perion_energy, perion_health, perion_memory, perion_view
-  public :: perion_function, perion_progress, perion_log
+  public :: perion_function, perion_material, perion_progress, perion_log
   public :: perion_version, perion_abi_version, perion_version_string, perion_build_info
   public :: perion_has_feature, perion_status_string, perion_last_error
   public :: perion_formulation_count, perion_formulation_name, perion_formulation_description
@@ -119,17 +119,44 @@ module perion
     final :: points_finalize
   end type perion_points
 
+  !> A material law of the host's own: a type that extends this one, with what the law needs to know
+  !> as components. See model%set_material_function.
+  type, abstract :: perion_material
+  contains
+    procedure(perion_material_answer), deferred :: answer
+  end type perion_material
+
+  !> What is handed to C as the user pointer of a material function. Its model and the simulations made
+  !> of it share it; the last of them frees it.
+  type :: material_holder
+    class(perion_material), pointer :: host => null()
+    integer(c_int64_t) :: state_size = 0
+    !> Of the points that simulations which use it have, while there are any.
+    integer(c_int64_t) :: dimension = 0
+    integer(c_int64_t) :: simulations = 0
+    logical :: has_model = .true.
+  end type material_holder
+
+  !> A material function that a simulation uses.
+  type :: material_use
+    type(material_holder), pointer :: holder => null()
+    type(material_use), pointer :: next => null()
+  end type material_use
+
   !> A formulation with its material and options.
   type :: perion_model
     private
     type(c_ptr) :: handle = c_null_ptr
+    type(material_holder), pointer :: material => null()
   contains
     procedure :: create => model_create
     procedure :: set => model_set
     procedure :: get => model_get
     procedure :: choose => model_choose
+    generic :: set_material_function => set_material_function_int64, set_material_function_int32
     procedure :: destroy => model_destroy
     generic :: assignment(=) => model_assign
+    procedure, private :: set_material_function_int64, set_material_function_int32
     procedure, private :: model_assign
     final :: model_finalize
   end type perion_model
@@ -255,6 +282,7 @@ module perion
     type(c_ptr) :: handle = c_null_ptr
     integer(c_int64_t) :: axes = 0, points = 0
     type(function_holder), pointer :: functions => null()
+    type(material_use), pointer :: materials => null()
     type(progress_holder), pointer :: progress => null()
     type(log_holder), pointer :: log => null()
   contains
@@ -391,6 +419,23 @@ module perion
 
   ! The host's callbacks.
   abstract interface
+
+    !> Fills P (first Piola-Kirchhoff stress, (dimension,dimension,count)) and W (stored energy per
+    !> reference volume, (count)) for the deformation gradients F1, F1(i,j,k) = dx_i/dX_j, and state1,
+    !> which is the material's only when a step is completed or committed. F0 and state0 are those of
+    !> the last committed state: F0 = I and state0 = 0 at first. States are (state_size,count); state1
+    !> comes as state0. Must give the same for the same; may not call anything on the simulation. `stop`
+    !> comes as false; true stops the call (ERROR_INTERRUPTED).
+    subroutine perion_material_answer(self, F0, F1, state0, state1, P, W, stop)
+      import :: c_double, perion_material
+      class(perion_material), intent(inout) :: self
+      real(c_double), intent(in) :: F0(:, :, :), F1(:, :, :)
+      real(c_double), intent(in) :: state0(:, :)
+      real(c_double), intent(inout) :: state1(:, :)
+      real(c_double), intent(inout) :: P(:, :, :)
+      real(c_double), intent(inout) :: W(:)
+      logical, intent(inout) :: stop
+    end subroutine perion_material_answer
 
     !> Fills values(count) at `time` for the points of its set, whose reference positions
     !> (dimension,count) come in the set's order. It may not call anything on the simulation. `stop`
@@ -777,6 +822,46 @@ module perion
       character(*), intent(in) :: key, choice
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine model_choose
+
+    !> Takes a law of the host's own in place of `material`, with state_size numbers of state at each
+    !> place where the formulation asks its law: points, or bonds from both ends. Elastic constants are
+    !> still needed. The object is not copied: it must have the attribute target (or be what a pointer
+    !> points to) and live where it is until the model, and the simulations made of it, are destroyed;
+    !> they share it, and it is asked by the thread that drives each. In 2D the law answers for what
+    !> lies across, and STRESS_33 and VON_MISES_STRESS are ERROR_UNSUPPORTED. Where a family does not
+    !> span the body F has what is missing turned along, without stretch, and P counts in the directions
+    !> spanned. Simulations of one model with a law have points of one dimension.
+    !>
+    !> ERROR_ARGUMENT: state_size below 0 or above 100000. ERROR_UNSUPPORTED: a formulation that asks no
+    !> law.
+    recursive module subroutine set_material_function_int64(self, state_size, material, error)
+      class(perion_model), intent(inout) :: self
+      integer(c_int64_t), intent(in) :: state_size
+      class(perion_material), target, intent(inout) :: material
+      type(perion_error), allocatable, optional, intent(out) :: error
+    end subroutine set_material_function_int64
+
+    recursive module subroutine set_material_function_int32(self, state_size, material, error)
+      class(perion_model), intent(inout) :: self
+      integer(c_int32_t), intent(in) :: state_size
+      class(perion_material), target, intent(inout) :: material
+      type(perion_error), allocatable, optional, intent(out) :: error
+    end subroutine set_material_function_int32
+
+    !> Whether a simulation of points of a dimension can use a material function; it does from then on.
+    recursive module function material_taken(holder, dimension, call, error) result(taken)
+      type(material_holder), pointer, intent(in) :: holder
+      integer(c_int64_t), intent(in) :: dimension
+      character(*), intent(in) :: call
+      type(perion_error), allocatable, optional, intent(inout) :: error
+      logical :: taken
+    end function material_taken
+
+    !> A simulation, or else its model, needs a material function no more.
+    recursive module subroutine leave_material(holder, is_model)
+      type(material_holder), pointer, intent(inout) :: holder
+      logical, intent(in) :: is_model
+    end subroutine leave_material
 
     !> Frees a model; none is fine. ERROR_STATE: another call is using it.
     recursive module subroutine model_destroy(self, error)

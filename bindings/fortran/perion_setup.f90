@@ -16,26 +16,84 @@ contains
     integer(c_int64_t) :: count
     integer(c_int32_t) :: dimension, status
     type(c_ptr) :: fresh
+    type(material_use), pointer :: use
 
     fresh = c_null_ptr
+    use => null()
     if (.not. ok(perion_simulation_create(points%handle, model%handle, fresh), error)) return
     status = perion_simulation_point_count(fresh, count)
     if (status == PERION_OK) status = perion_simulation_dimension(fresh, dimension)
-    if (status == PERION_OK) status = perion_simulation_destroy(self%handle)
+    if (status == PERION_OK) then
+      if (.not. law_used(model, int(dimension, c_int64_t), 'perion_simulation_create', use, error)) then
+        status = perion_simulation_destroy(fresh)
+        return
+      end if
+      status = perion_simulation_destroy(self%handle)
+    end if
     if (status == PERION_OK) then
       call free_callbacks(self)
+      self%materials => use
       self%handle = fresh
       self%axes = dimension
       self%points = count
     else
       call check(status, error)
       status = perion_simulation_destroy(fresh)
+      call leave_materials(use)
     end if
   end procedure simulation_create
 
   module procedure simulation_assign_model
-    call check(perion_simulation_assign_model(self%handle, c_text(set), model%handle), error)
+    character(*), parameter :: call = 'perion_simulation_assign_model'
+    type(material_use), pointer :: use
+
+    if (.not. is_live(self%handle, call, error)) return
+    if (.not. law_used(model, self%axes, call, use, error)) return
+    if (.not. ok(perion_simulation_assign_model(self%handle, c_text(set), model%handle), error)) then
+      call leave_materials(use)
+    else if (associated(use)) then
+      use%next => self%materials
+      self%materials => use
+    end if
   end procedure simulation_assign_model
+
+  !> Whether the law of a model, if it has one of the host's, can be used for points of a dimension;
+  !> `use` is null where it has none.
+  recursive function law_used(model, dimension, call, use, error)
+    class(perion_model), intent(in) :: model
+    integer(c_int64_t), intent(in) :: dimension
+    character(*), intent(in) :: call
+    type(material_use), pointer, intent(out) :: use
+    type(perion_error), allocatable, optional, intent(inout) :: error
+    logical :: law_used
+    integer :: flaw
+
+    use => null()
+    law_used = .true.
+    if (.not. associated(model%material)) return
+    allocate (use, stat=flaw)
+    law_used = room(flaw, call, error)
+    if (.not. law_used) return
+    law_used = material_taken(model%material, dimension, call, error)
+    if (law_used) then
+      use%holder => model%material
+    else
+      deallocate (use)
+    end if
+  end function law_used
+
+  !> Leaves all material functions of a list, and frees it.
+  recursive subroutine leave_materials(uses)
+    type(material_use), pointer, intent(inout) :: uses
+    type(material_use), pointer :: use
+
+    do while (associated(uses))
+      use => uses
+      uses => use%next
+      call leave_material(use%holder, is_model=.false.)
+      deallocate (use)
+    end do
+  end subroutine leave_materials
 
   module procedure simulation_set_interface
     call check(perion_simulation_set_interface(self%handle, c_text(set_a), c_text(set_b), &
@@ -102,6 +160,7 @@ contains
       self%functions => holder%next
       deallocate (holder)
     end do
+    call leave_materials(self%materials)
     if (associated(self%progress)) deallocate (self%progress)
     if (associated(self%log)) deallocate (self%log)
   end subroutine free_callbacks

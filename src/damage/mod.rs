@@ -24,6 +24,9 @@ pub(crate) struct BondState {
     pub(crate) records: Vec<f64>,
 }
 
+/// What a request has changed and may have to give back.
+type Kept = (Vec<u8>, Option<Vec<f64>>);
+
 impl BondState {
     /// All bonds intact, and nothing in so many numbers of records.
     pub(crate) fn new(families: &Families, records: usize) -> Result<Self> {
@@ -35,6 +38,29 @@ impl BondState {
         }
         let records = memory::filled(0.0, records, "the memory of materials")?;
         Ok(Self { intact, integrity: None, records })
+    }
+
+    /// Bits and integrities, where a law may stop the call that changes them.
+    pub(crate) fn kept_for_a_stop(&self) -> Result<Option<Kept>> {
+        if self.records.is_empty() {
+            return Ok(None);
+        }
+        let mut intact = memory::reserved(self.intact.len(), PURPOSE)?;
+        intact.extend_from_slice(&self.intact);
+        let mut integrity = None;
+        if let Some(values) = &self.integrity {
+            let mut copy = memory::reserved(values.len(), PURPOSE)?;
+            copy.extend_from_slice(values);
+            integrity = Some(copy);
+        }
+        Ok(Some((intact, integrity)))
+    }
+
+    /// Is again as it was kept.
+    pub(crate) fn take_back(&mut self, kept: Option<Kept>) {
+        if let Some((intact, integrity)) = kept {
+            (self.intact, self.integrity) = (intact, integrity);
+        }
     }
 
     pub(crate) fn is_intact(&self, slot: usize) -> bool {

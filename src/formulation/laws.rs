@@ -98,7 +98,7 @@ impl Laws {
     ) -> Across {
         let law = self.at(point);
         match body.scene.asked {
-            Some(asked) if law.has_memory() => {
+            Some(asked) if law.knows_across() => {
                 Record::at(asked.records, self.width, site).across(deformation)
             }
             _ => law.across(deformation),
@@ -113,7 +113,7 @@ impl Laws {
         site: usize,
     ) -> ([[f64; 3]; 3], f64) {
         match body.scene.asked {
-            Some(asked) if self.at(point).has_memory() => {
+            Some(asked) if self.at(point).knows_across() => {
                 Record::at(asked.records, self.width, site).plastic_strain()
             }
             _ => (zero(), 0.0),
@@ -193,6 +193,10 @@ impl Laws {
             memory: MEMORY,
         };
         for law in self.host.iter().flatten() {
+            // A call asks in several sweeps: after a stop the others ask no more.
+            if self.stopped.load(Ordering::Relaxed) {
+                break;
+            }
             room.clear();
             let belongs = |point: usize| {
                 self.host.at(point).as_ref().is_some_and(|own| std::ptr::eq(own, law))
@@ -207,16 +211,17 @@ impl Laws {
             });
             if room.ask(law, layout, sites, scene.bonds.records, records).is_break() {
                 self.stopped.store(true, Ordering::Relaxed);
-                // No answer is none: the sweep fails.
-                for record in records.chunks_exact_mut(self.width) {
-                    record[..MEMORY].fill(f64::NAN);
-                }
-                return;
+            }
+        }
+        if self.stopped.load(Ordering::Relaxed) {
+            for record in records.chunks_exact_mut(self.width) {
+                record[..MEMORY].fill(f64::NAN);
             }
         }
     }
 
-    /// Whether a function of the host's has asked to stop since this was last asked.
+    /// Whether a function of the host's has asked to stop since this was last asked. Each call that asks laws asks this
+    /// at its end, so that the next one starts anew.
     pub(super) fn was_stopped(&self) -> bool {
         self.stopped.swap(false, Ordering::Relaxed)
     }

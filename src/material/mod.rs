@@ -72,8 +72,8 @@ pub(crate) struct Answer<const D: usize> {
     pub(crate) stress: Tensor<D>,
 }
 
-/// Numbers of a record, with the size of a host's state: what a law with memory has answered at a site, and what it remembers there. The stress P as of
-/// a solid in space, the energies, and the memory.
+/// Numbers of a record, with the size of a host's state: what a law with memory has answered at a site, and what it
+/// remembers there. The stress P as of a solid in space, the energies, and the memory.
 pub(crate) const fn record_width(host: Option<usize>) -> usize {
     MEMORY
         + match host {
@@ -141,6 +141,11 @@ impl Law {
     /// Whether it is asked by [`Law::remember`].
     pub(crate) fn has_memory(&self) -> bool {
         matches!(self.kind, Kind::Hypoelastic(_) | Kind::Host)
+    }
+
+    /// Whether it remembers what lies across, and what has flowed; a law of the host's does not say.
+    pub(crate) fn knows_across(&self) -> bool {
+        matches!(self.kind, Kind::Hypoelastic(_))
     }
 
     /// lambda and mu for a family that spans so many directions.

@@ -52,9 +52,8 @@ impl Simulation {
             };
             let scene = plan.scene(workers, bonds, &state.current.displacement);
             let force = &mut state.next.force;
-            if let Some(point) = plan.formulation.force(&scene, scratch, force, None) {
-                return Err(failed_force(plan, points.order().host[point], state.time));
-            }
+            let failed = plan.formulation.force(&scene, scratch, force, None);
+            check_force(plan, failed.map(|point| points.order().host[point]), state.time)?;
             std::mem::swap(&mut state.current.force, &mut state.next.force);
             state.force_fresh = true;
             state.pulled = true;
@@ -125,9 +124,8 @@ impl Simulation {
             let before = (!state.pulled).then_some(&*state.next.displacement);
             let breaking = Breaking { rule, intact: next_intact, dissipated: next, before };
             let force = &mut state.next.force;
-            if let Some(point) = plan.formulation.force(&scene, scratch, force, Some(breaking)) {
-                return Err(failed_force(plan, points.order().host[point], state.time));
-            }
+            let failed = plan.formulation.force(&scene, scratch, force, Some(breaking));
+            check_force(plan, failed.map(|point| points.order().host[point]), state.time)?;
             if bonds.intact != *next_intact {
                 state.force_fresh = false;
             }
@@ -136,9 +134,8 @@ impl Simulation {
         } else if !bonds.records.is_empty() {
             let scene = plan.scene(workers, bonds, &state.current.displacement);
             let force = &mut state.next.force;
-            if let Some(point) = plan.formulation.force(&scene, scratch, force, None) {
-                return Err(failed_force(plan, points.order().host[point], state.time));
-            }
+            let failed = plan.formulation.force(&scene, scratch, force, None);
+            check_force(plan, failed.map(|point| points.order().host[point]), state.time)?;
         }
         bonds.keep_records(scratch);
         state.pulled = true;
@@ -175,7 +172,8 @@ impl Simulation {
             return Ok(known.step);
         }
         let displacement = &state.current.displacement;
-        let found = time_step::stable(plan, workers, bonds, displacement, scratch)?;
+        let found = time_step::stable(plan, workers, bonds, displacement, scratch);
+        let found = stopped_by_law(plan).map_or(found, Err)?;
         *stable_step = Some(found);
         Ok(found.step)
     }
@@ -302,10 +300,12 @@ impl Simulation {
             partial: &mut built.partial,
             time_step,
         };
-        let work = step.run().map_err(|place| match stopped_by_law(&built.plan) {
-            Some(error) => error,
-            None => not_finite("motion", points.order().host[place], state.time),
-        })?;
+        let made = step.run();
+        if let Some(error) = stopped_by_law(&built.plan) {
+            return Err(error);
+        }
+        let work =
+            made.map_err(|place| not_finite("motion", points.order().host[place], state.time))?;
         if !work.is_finite() {
             return Err(Error::Numeric(format!(
                 "the work of body forces is not finite after time {}; smaller loads may help",
@@ -334,9 +334,13 @@ pub(crate) fn stopped(made: Progress) -> Error {
     ))
 }
 
-/// Why a sweep for forces has failed at a point.
-fn failed_force(plan: &Plan, point: u32, time: f64) -> Error {
-    stopped_by_law(plan).unwrap_or_else(|| not_finite("force", point, time))
+/// Whether a sweep for forces was stopped or has failed at a point.
+fn check_force(plan: &Plan, failed: Option<u32>, time: f64) -> Result<()> {
+    match (stopped_by_law(plan), failed) {
+        (Some(error), _) => Err(error),
+        (None, Some(point)) => Err(not_finite("force", point, time)),
+        (None, None) => Ok(()),
+    }
 }
 
 /// The error of a call that a law of the host's has stopped.

@@ -215,9 +215,8 @@ impl Simulation {
         // Asked for before anything changes: the memory that is needed afterwards.
         let mut after = memory::filled(0.0, before.len(), "energy")?;
         let mut penalty = memory::filled(0.0, before.len(), "energy")?;
+        let kept = built.bonds.kept_for_a_stop()?;
         let warning = built.carry_out(&request, &points.order().centre)?;
-        built.stable_step = None;
-        state.force_fresh = false;
         // What the bonds held is dissipated; what the host adds by raising an integrity is given.
         let Built { workers, plan, bonds, scratch, .. } = &mut *built;
         let scene = plan.scene(workers, bonds, &state.current.displacement);
@@ -226,6 +225,12 @@ impl Simulation {
         {
             plan.formulation.energy_density(&scene, scratch, density, part);
         }
+        if let Some(error) = stopped_by_law(plan) {
+            bonds.take_back(kept);
+            return Err(error);
+        }
+        built.stable_step = None;
+        state.force_fresh = false;
         after.iter_mut().zip(&penalty).for_each(|(density, penalty)| *density += penalty);
         for (point, dissipated) in built.dissipated[0].iter_mut().enumerate() {
             *dissipated += (before[point] - after[point]).max(0.0);

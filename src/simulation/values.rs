@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::drive::stopped_by_law;
 use super::fields::PURPOSE;
 use super::setup::Built;
 use super::{Field, Simulation};
@@ -110,7 +111,11 @@ impl Simulation {
         let mut force = memory::filled(0.0, current.force.len(), PURPOSE)?;
         let mut scratch = memory::filled(0.0, plan.scratch(), PURPOSE)?;
         let scene = plan.scene(workers, bonds, &current.displacement);
-        match plan.formulation.force(&scene, &mut scratch, &mut force, None) {
+        let failed = plan.formulation.force(&scene, &mut scratch, &mut force, None);
+        if let Some(error) = stopped_by_law(plan) {
+            return Err(error);
+        }
+        match failed {
             Some(place) => Err(Error::Numeric(format!(
                 "the force on point {} is not finite",
                 self.points.order().host[place]

@@ -80,6 +80,38 @@ static void choices_are_known_by_name(perion_model *model)
     EXPECT_REFUSED(ARGUMENT, "damage", perion_model_choose(model, "damage", "yes"));
 }
 
+static int never_asked(void *user, int64_t count, const double *F0, const double *F1,
+                       const double *state0, double *state1, double *P, double *W)
+{
+    (void)user;
+    (void)count;
+    (void)F0;
+    (void)F1;
+    (void)state0;
+    (void)state1;
+    (void)P;
+    (void)W;
+    return 1;
+}
+
+static void laws_are_functions_with_a_state_that_can_be(perion_model *model)
+{
+    static const int64_t bad[] = {-1, 100001, INT64_MIN, INT64_MAX};
+    perion_model *with_law = NULL;
+
+    EXPECT_OK(perion_model_create("correspondence", &with_law));
+    EXPECT_REFUSED(NULLED, "model", perion_model_set_material_function(NULL, 0, never_asked, NULL));
+    EXPECT_REFUSED(NULLED, "function", perion_model_set_material_function(with_law, 0, NULL, NULL));
+    for (size_t k = 0; k < sizeof bad / sizeof bad[0]; ++k)
+        EXPECT_REFUSED(ARGUMENT, "state_size",
+                       perion_model_set_material_function(with_law, bad[k], never_asked, NULL));
+    EXPECT_OK(perion_model_set_material_function(with_law, 100000, never_asked, NULL));
+    EXPECT_REFUSED(UNSUPPORTED, "material",
+                   perion_model_set_material_function(model, 0, never_asked, NULL));
+    EXPECT_SAID("bond_based");
+    EXPECT_OK(perion_model_destroy(&with_law));
+}
+
 static void only_models_are_used_as_models(void)
 {
     perion_points *points = scene_points();
@@ -106,6 +138,7 @@ void bad_model(void)
     keys_are_known_by_name(model);
     numbers_are_in_their_range(model);
     choices_are_known_by_name(model);
+    laws_are_functions_with_a_state_that_can_be(model);
     only_models_are_used_as_models();
     for (int k = 0; k < 4; ++k) {
         double value = 0.0;

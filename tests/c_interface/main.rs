@@ -51,6 +51,7 @@ programs! {
     points_and_their_sets_come_out_as_they_went_in, "t200_points";
     points_are_read_from_files, "t210_reading";
     models_are_made_from_their_lists, "t300_model";
+    laws_of_the_hosts_own_are_asked_and_kept_as_told, "t350_material_function";
     set_up_decides_what_breaks_and_threads_change_nothing, "t400_setup";
     conditions_hold_their_sets, "t500_conditions";
     fields_and_views_are_copies_and_the_memory_itself, "t600_fields";

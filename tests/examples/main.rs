@@ -15,6 +15,7 @@ mod compilers;
 
 mod bend;
 mod checkerboard;
+mod own_material;
 mod specimen;
 mod twins;
 mod twist;

@@ -10,6 +10,7 @@ program fortran_tests
   use files_tests, only: test_files
   use host_floats_tests, only: test_host_floats
   use life_cycle_tests, only: test_life_cycle
+  use material_tests, only: test_material
   use model_tests, only: test_model
   use points_tests, only: test_points
   use raw_tests, only: test_raw
@@ -32,6 +33,7 @@ program fortran_tests
   call test_version()
   call test_points()
   call test_model()
+  call test_material()
   call test_setup()
   call test_bonds()
   call test_conditions()

@@ -134,7 +134,7 @@ fn module_and_examples_compile_where_integers_and_reals_are_of_64_bits() {
         };
         compile(&module_sources());
         compile(&[in_crate("tests/fortran/stops/main.f90")]);
-        for example in ["branching", "specimen", "wave"] {
+        for example in ["branching", "own_material", "specimen", "wave"] {
             compile(&[in_crate(&format!("examples/{example}/main.f90"))]);
         }
     }
@@ -155,7 +155,9 @@ fn the_module_has_no_names_but_its_own() {
     for name in interface_names().iter().filter(|name| !public.contains(&name.as_str())) {
         host.push_str(&format!("  integer :: {name}\n"));
     }
-    for name in ["c_ptr", "c_double", "raw_view", "function_holder", "ok", "check", "step_int64"] {
+    for name in
+        ["c_ptr", "c_double", "raw_view", "function_holder", "material_holder", "ok", "check"]
+    {
         host.push_str(&format!("  integer :: {name}\n"));
     }
     host.push_str("end program host\n");

@@ -7,6 +7,7 @@ mod affine;
 mod controls;
 mod degenerate;
 mod energies;
+mod host_law;
 mod ledger;
 mod materials;
 mod memory;
