@@ -8,6 +8,7 @@ mod controls;
 mod degenerate;
 mod energies;
 mod ledger;
+mod lps_plastic;
 mod materials;
 mod memory;
 mod motion;
