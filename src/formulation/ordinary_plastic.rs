@@ -1,12 +1,13 @@
 //! Perfect plasticity of the linear peridynamic solid, in 3D. (Mitchell 2011)
 //!
-//! A point has of each of its bonds a plastic extension p, 0 at rest. What else it is extended by is elastic: theta is that
-//! of e - p, x = e - p - theta L/3, t_ij = w (3 K theta L + C x)/m m^, W_i = K theta^2/2 + C/(2m) sum w x^2 V.
-//! With t_dev = C w x/m it flows where 1/2 sum t_dev^2/w V > 5 Y^2/(2m), that is where the energy of x is above
-//! 5 Y^2/(2C) = Y^2/(6G), at which a solid of von Mises yields: x shrinks to s x, p grows by (1 - s) x.
+//! A point has of each of its bonds a plastic extension p, 0 at rest. What else it is extended by is elastic: theta
+//! is that of e - p, x = e - p - theta L/3, t_ij = w (3 K theta L + C x)/m m^,
+//! W_i = K theta^2/2 + C/(2m) sum w x^2 V. With t_dev = C w x/m it flows where 1/2 sum t_dev^2/w V > 5 Y^2/(2m), that
+//! is where the energy of x is above 5 Y^2/(2C) = Y^2/(6G), at which a solid of von Mises yields: x shrinks to s x,
+//! p grows by (1 - s) x.
 //!
-//! x and so p have no dilatation while a family is whole: theta is that of e. As bonds break, what is left of p may have
-//! one, but it is no reason to press: t remains the slope of W, and W of the size that can yield.
+//! x and so p have no dilatation while a family is whole: theta is that of e. As bonds break, what is left of p may
+//! have one, but it is no reason to press: t remains the slope of W, and W of the size that can yield.
 
 use super::body::{Body, ByModel, Link, Weights};
 use super::correspondence::add;

@@ -97,9 +97,9 @@ fn a_point_without_dilatation_flows_at_a_closed_form() {
 
 #[test]
 fn a_large_body_yields_by_its_energy_of_distortion_as_a_solid_of_von_mises() {
-    // A family in space yields where its energy of distortion is Y^2/(6G). One on a lattice is not as stiff in all
-    // directions: with G' for G there it yields at sqrt(G'/G) of Y. For a horizon of 3.015 spacings that is, in shear along
-    // the axes and in tension along one, 1.054 and 0.914 (constant influence), 1.042 and 0.933 (inverse).
+    // A family yields where its energy of distortion is Y^2/(6G). On a lattice it is not as stiff in all directions:
+    // with G' for G it yields at sqrt(G'/G) of Y. For a horizon of 3.015 spacings that is, in shear along the axes
+    // and in tension along one, 1.054 and 0.914 (constant influence), 1.042 and 0.933 (inverse).
     let body = body_at(3, lattice(3, [13, 13, 13]), 3.015);
     let middle = (13 * 13 * 13) / 2;
     let (modulus, ratio) = (body.youngs_modulus(), super::RATIOS[0]);
@@ -146,8 +146,8 @@ fn a_large_body_yields_by_its_energy_of_distortion_as_a_solid_of_von_mises() {
             assert!((stress / stiffness.sqrt() - 1.0).abs() < 1e-3, "{name}: {stress}");
             assert!((stress - expected).abs() < 1e-3, "{name}: {stress}");
         }
-        // What is beyond the strain at which it yields, an equivalent strain of 2/sqrt(3) each: the work of it over Y, and
-        // what it would pull, over 2 G.
+        // What is beyond the strain at which it yields, an equivalent strain of 2/sqrt(3) each: the work of it
+        // over Y, and what it would pull, over 2 G.
         let beyond = 2.0 / root * (3.0 - 1.0 / stiffness.sqrt()) * unit;
         assert!((equivalent / (stiffness.sqrt() * beyond) - 1.0).abs() < 1e-3, "{equivalent}");
         assert!((size / (stiffness * beyond) - 1.0).abs() < 1e-3, "{size}");
