@@ -457,7 +457,9 @@ typedef struct perion_memory {
 #define PERION_FIELD_STRAIN 16
 
 /**
- * Plastic strain of j2_plastic in the rotated frame of the law; a tensor, 0 for what does not flow.
+ * Plastic strain of j2_plastic in the rotated frame of the law; a tensor, 0 for what does not flow. Of
+ * ordinary_state_based, in the reference frame, what its plastic extensions would pull on a unit of area, over 2 mu:
+ * too small where a surface or a crack cuts the family.
  */
 #define PERION_FIELD_PLASTIC_STRAIN 17
 
@@ -486,8 +488,8 @@ typedef struct perion_memory {
 #define PERION_FIELD_VON_MISES_STRESS 21
 
 /**
- * Change of volume per volume, in 2D of area per area: theta of ordinary_state_based and madenci_oterkus, for
- * the others det F - 1.
+ * Change of volume per volume, in 2D of area per area: theta of ordinary_state_based (where it flows that of what is
+ * elastic, which is the same while the family is whole) and madenci_oterkus, for the others det F - 1.
  */
 #define PERION_FIELD_DILATATION 22
 
@@ -518,7 +520,8 @@ typedef struct perion_memory {
 #define PERION_FIELD_DEFORMED_SHAPE_TENSOR 27
 
 /**
- * Equivalent plastic strain: its increments are sqrt(2/3) of the size of those of the plastic strain.
+ * Equivalent plastic strain: its increments are sqrt(2/3) of the size of those of the plastic strain. Of
+ * ordinary_state_based: plastic work over the yield stress.
  */
 #define PERION_FIELD_EQUIVALENT_PLASTIC_STRAIN 28
 

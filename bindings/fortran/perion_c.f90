@@ -127,7 +127,9 @@ module perion_c
   !> Green-Lagrange strain (F^T F - I)/2; a tensor.
   integer(c_int32_t), parameter :: PERION_FIELD_STRAIN = 16_c_int32_t
 
-  !> Plastic strain of j2_plastic in the rotated frame of the law; a tensor, 0 for what does not flow.
+  !> Plastic strain of j2_plastic in the rotated frame of the law; a tensor, 0 for what does not flow. Of
+  !> ordinary_state_based, in the reference frame, what its plastic extensions would pull on a unit of area, over 2 mu:
+  !> too small where a surface or a crack cuts the family.
   integer(c_int32_t), parameter :: PERION_FIELD_PLASTIC_STRAIN = 17_c_int32_t
 
   !> First Piola-Kirchhoff stress P_ij, the force in axis i on the reference area across axis j; a tensor.
@@ -146,8 +148,8 @@ module perion_c
   !> Von Mises stress of the Cauchy stress, with that across a 2D body.
   integer(c_int32_t), parameter :: PERION_FIELD_VON_MISES_STRESS = 21_c_int32_t
 
-  !> Change of volume per volume, in 2D of area per area: theta of ordinary_state_based and madenci_oterkus, for
-  !> the others det F - 1.
+  !> Change of volume per volume, in 2D of area per area: theta of ordinary_state_based (where it flows that of what is
+  !> elastic, which is the same while the family is whole) and madenci_oterkus, for the others det F - 1.
   integer(c_int32_t), parameter :: PERION_FIELD_DILATATION = 22_c_int32_t
 
   !> Number of points within the point's own horizon.
@@ -166,7 +168,8 @@ module perion_c
   !> M = sum w eta eta^T V; a tensor.
   integer(c_int32_t), parameter :: PERION_FIELD_DEFORMED_SHAPE_TENSOR = 27_c_int32_t
 
-  !> Equivalent plastic strain: its increments are sqrt(2/3) of the size of those of the plastic strain.
+  !> Equivalent plastic strain: its increments are sqrt(2/3) of the size of those of the plastic strain. Of
+  !> ordinary_state_based: plastic work over the yield stress.
   integer(c_int32_t), parameter :: PERION_FIELD_EQUIVALENT_PLASTIC_STRAIN = 28_c_int32_t
 
   !> By reference coordinates with bonds of the reference body: h = K^-1 xi.

@@ -13,6 +13,7 @@ mod lagrangian;
 mod laws;
 mod madenci_oterkus;
 mod operators;
+mod ordinary_plastic;
 mod ordinary_state_based;
 mod state_based;
 mod surface;

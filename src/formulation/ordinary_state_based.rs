@@ -3,14 +3,16 @@
 //! m_i = sum w L^2 V_j, theta_i = (D/m_i) sum w L e V_j, e_d = e - theta_i L/D,
 //! t_ij = w (D kappa theta_i L + C e_d)/m_i m^, W_i = kappa theta_i^2/2 + C/(2 m_i) sum w e_d^2 V_j;
 //! kappa = K, C = 15 G in 3D, kappa = lambda + mu (of the plane state), C = 8 G in 2D.
+//! With a yield stress it is `ordinary_plastic`.
 
 use super::body::{Body, ByModel, Link, Weights};
 use super::constants;
 use super::correspondence::add;
 use super::state_based::{Passes, StateBased};
-use super::{Formulation, FormulationEntry, Kinematics, Materials};
-use crate::error::Result;
+use super::{Formulation, FormulationEntry, Kinematics, Materials, ordinary_plastic};
+use crate::error::{Error, Result};
 use crate::material::Law;
+use crate::model::Model;
 use crate::tensor::{Vector, dot};
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
@@ -18,7 +20,6 @@ pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     description: "ordinary state-based, linear peridynamic solid (LPS): any Poisson's ratio",
     refused_keys: &[
         "material",
-        "yield_stress",
         "hardening_modulus",
         "silling_coefficient",
         "bond_horizon",
@@ -27,19 +28,30 @@ pub(super) const ENTRY: FormulationEntry = FormulationEntry {
         "gradient_order",
         "divergence",
     ],
-    check: constants::check_law,
+    check,
     critical_stretch: constants::critical_stretch,
     prepare,
 };
 
-struct Lps {
+fn check(model: &Model, dimension: usize) -> Result<()> {
+    if dimension != 3 && model.number("yield_stress").is_some() {
+        return Err(Error::Unsupported(
+            "'yield_stress' of ordinary_state_based is for 3D: in 2D its yield surface is not that of the \
+             plane state; the correspondence kind takes j2_plastic there"
+                .into(),
+        ));
+    }
+    constants::check_law(model, dimension)
+}
+
+pub(super) struct Lps {
     weights: Weights,
     /// kappa and C.
-    moduli: ByModel<[f64; 2]>,
+    pub(super) moduli: ByModel<[f64; 2]>,
     /// lambda/2 + mu, where the surface is to be corrected.
-    corrected: Option<ByModel<f64>>,
+    pub(super) corrected: Option<ByModel<f64>>,
     /// For what lies across; bonds do not ask it.
-    laws: ByModel<Law>,
+    pub(super) laws: ByModel<Law>,
 }
 
 fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
@@ -56,6 +68,9 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
     };
     let laws = ByModel::new(materials, |model| Law::new(model, dimension))?;
     let lps = Lps { weights: Weights::new(materials)?, moduli, corrected, laws };
+    if materials.models.iter().any(|model| model.number("yield_stress").is_some()) {
+        return ordinary_plastic::prepare(materials, lps);
+    }
     Ok(Box::new(StateBased::new(materials, lps)?))
 }
 

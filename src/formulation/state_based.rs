@@ -21,7 +21,7 @@ use crate::tensor::Vector;
 use crate::workers::{PerPoint, Ragged};
 
 /// The passes of a formulation.
-pub(super) trait Passes: Send + Sync {
+pub(super) trait Passes: Sized + Send + Sync {
     fn weights(&self) -> &Weights;
 
     /// lambda/2 + mu of a point, where the surface is to be corrected.
@@ -46,6 +46,24 @@ pub(super) trait Passes: Send + Sync {
         _left: &[f64],
         _ask: &mut dyn FnMut(usize, &Deformation<D>),
     ) {
+    }
+
+    /// Numbers of records that it keeps from step to step, those of its laws.
+    fn records(&self, points: usize, blocks: usize) -> usize {
+        self.laws().map_or(0, |laws| laws.records(points, blocks))
+    }
+
+    /// Makes the records of a displacement from the committed ones, near broken bonds only if `near` says so.
+    fn ask<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        left: &[f64],
+        near: Option<&Near<'_>>,
+        records: &mut [f64],
+    ) {
+        if let Some(laws) = self.laws() {
+            laws.ask(body, self, left, near, records);
+        }
     }
 
     /// Numbers a point that the first pass leaves for the second.
@@ -267,17 +285,16 @@ impl<P: Passes> StateBased<P> {
     }
 
     /// Whether there is such an energy at all.
-    fn has(&self, part: EnergyPart) -> bool {
+    fn has(&self, part: EnergyPart, scene: &Scene<'_>) -> bool {
         match part {
             EnergyPart::Strain => true,
             EnergyPart::Stabilization => self.passes.has_penalty(),
-            EnergyPart::Plastic => self.passes.laws().is_some_and(Laws::remember),
+            EnergyPart::Plastic => self.records_of(scene) > 0,
         }
     }
 
     fn records_of(&self, scene: &Scene<'_>) -> usize {
-        let blocks = scene.families.block_count();
-        self.passes.laws().map_or(0, |laws| laws.records(scene.places.len(), blocks))
+        self.passes.records(scene.places.len(), scene.families.block_count())
     }
 
     /// The scene with the answers of laws that have a memory.
@@ -289,13 +306,11 @@ impl<P: Passes> StateBased<P> {
         records: &'a mut [f64],
         dissipated: bool,
     ) -> Scene<'a> {
-        match self.passes.laws() {
-            Some(laws) if laws.remember() => {
-                laws.ask(body, &self.passes, left, near, records);
-                Scene { asked: Some(Asked { records, dissipated }), ..*body.scene }
-            }
-            _ => *body.scene,
+        if records.is_empty() {
+            return *body.scene;
         }
+        self.passes.ask(body, left, near, records);
+        Scene { asked: Some(Asked { records, dissipated }), ..*body.scene }
     }
 
     /// Runs the first pass, of all points or those that `near` wants; gives the first point where what it
@@ -400,7 +415,7 @@ impl<P: Passes> StateBased<P> {
         let needs_pass = self.passes.energy_needs_pass();
         breaking::book(scene, breaking, own, needs_pass, |scene, near, part, density| {
             match (part, scene.dimension) {
-                _ if !self.has(part) => density.fill(0.0),
+                _ if !self.has(part, scene) => density.fill(0.0),
                 (_, 3) => self.energies::<3>(scene, scratch, density, part, Some(near)),
                 _ => self.energies::<2>(scene, scratch, density, part, Some(near)),
             }
@@ -444,7 +459,7 @@ impl<P: Passes> Formulation for StateBased<P> {
     }
 
     fn records(&self, points: usize, blocks: usize) -> usize {
-        self.passes.laws().map_or(0, |laws| laws.records(points, blocks))
+        self.passes.records(points, blocks)
     }
 
     fn force(
@@ -477,7 +492,7 @@ impl<P: Passes> Formulation for StateBased<P> {
         part: EnergyPart,
     ) {
         match (part, scene.dimension) {
-            _ if !self.has(part) => density.fill(0.0),
+            _ if !self.has(part, scene) => density.fill(0.0),
             (_, 3) => self.energies::<3>(scene, scratch, density, part, None),
             _ => self.energies::<2>(scene, scratch, density, part, None),
         }

@@ -104,7 +104,8 @@ pub const KEYS: [Key; 24] = [
     number(
         "yield_stress",
         "",
-        "of j2_plastic, the stress in uniaxial tension at which it begins to flow",
+        "of j2_plastic, and of ordinary_state_based in 3D (perfect plasticity, on by this key), the stress in uniaxial \
+         tension at which it begins to flow",
     ),
     Key {
         name: "hardening_modulus",

@@ -259,7 +259,9 @@ impl Model {
                 "'material' is j2_plastic, but the model has no 'yield_stress'; set it",
             );
         }
-        if self.material() != "j2_plastic" {
+        // Formulations without a law of the correspondence kind have a use of their own for what they take.
+        let asks_law = !self.formulation.refused_keys.contains(&"material");
+        if asks_law && self.material() != "j2_plastic" {
             for key in ["yield_stress", "hardening_modulus"] {
                 if self.was_set(key) {
                     return argument(format!(

@@ -42,9 +42,11 @@ pub enum Field {
     DeformationGradient,
     /// Green-Lagrange strain (F^T F - I)/2, row after row.
     Strain,
-    /// Plastic strain in the rotated frame of the law, row after row: 0 where nothing flows.
+    /// Plastic strain in the rotated frame of the law, row after row: 0 where nothing flows. Of ordinary_state_based, in
+    /// the reference frame, what its plastic extensions would pull on a unit of area, over 2 mu.
     PlasticStrain,
-    /// Equivalent plastic strain: its increments are sqrt(2/3) of the size of those of the plastic strain.
+    /// Equivalent plastic strain: its increments are sqrt(2/3) of the size of those of the plastic strain. Of
+    /// ordinary_state_based: plastic work over the yield stress.
     EquivalentPlasticStrain,
     /// First Piola-Kirchhoff stress P, row after row: force in axis i on the reference area across axis j.
     FirstPiolaStress,

@@ -51,7 +51,9 @@ pub const PERION_FIELD_DISSIPATED_ENERGY_DENSITY: perion_field = 14;
 pub const PERION_FIELD_DEFORMATION_GRADIENT: perion_field = 15;
 /// Green-Lagrange strain (F^T F - I)/2; a tensor.
 pub const PERION_FIELD_STRAIN: perion_field = 16;
-/// Plastic strain of j2_plastic in the rotated frame of the law; a tensor, 0 for what does not flow.
+/// Plastic strain of j2_plastic in the rotated frame of the law; a tensor, 0 for what does not flow. Of
+/// ordinary_state_based, in the reference frame, what its plastic extensions would pull on a unit of area, over 2 mu:
+/// too small where a surface or a crack cuts the family.
 pub const PERION_FIELD_PLASTIC_STRAIN: perion_field = 17;
 /// First Piola-Kirchhoff stress P_ij, the force in axis i on the reference area across axis j; a tensor.
 /// correspondence: that of the material at F, without the penalty of the stabilised forms.
@@ -65,8 +67,8 @@ pub const PERION_FIELD_CAUCHY_STRESS: perion_field = 19;
 pub const PERION_FIELD_STRESS_33: perion_field = 20;
 /// Von Mises stress of the Cauchy stress, with that across a 2D body.
 pub const PERION_FIELD_VON_MISES_STRESS: perion_field = 21;
-/// Change of volume per volume, in 2D of area per area: theta of ordinary_state_based and madenci_oterkus, for
-/// the others det F - 1.
+/// Change of volume per volume, in 2D of area per area: theta of ordinary_state_based (where it flows that of what is
+/// elastic, which is the same while the family is whole) and madenci_oterkus, for the others det F - 1.
 pub const PERION_FIELD_DILATATION: perion_field = 22;
 /// Number of points within the point's own horizon.
 pub const PERION_FIELD_NEIGHBOR_COUNT: perion_field = 23;
@@ -79,7 +81,8 @@ pub const PERION_FIELD_SHAPE_TENSOR: perion_field = 25;
 pub const PERION_FIELD_MIXED_SHAPE_TENSOR: perion_field = 26;
 /// M = sum w eta eta^T V; a tensor.
 pub const PERION_FIELD_DEFORMED_SHAPE_TENSOR: perion_field = 27;
-/// Equivalent plastic strain: its increments are sqrt(2/3) of the size of those of the plastic strain.
+/// Equivalent plastic strain: its increments are sqrt(2/3) of the size of those of the plastic strain. Of
+/// ordinary_state_based: plastic work over the yield stress.
 pub const PERION_FIELD_EQUIVALENT_PLASTIC_STRAIN: perion_field = 28;
 
 /// The constants of [`Field::ALL`].

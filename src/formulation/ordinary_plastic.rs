@@ -1,0 +1,377 @@
+//! Perfect plasticity of the linear peridynamic solid, in 3D. (Mitchell 2011)
+//!
+//! A point has of each of its bonds a plastic extension p, 0 at rest. What else it is extended by is elastic: theta
+//! is that of e - p, x = e - p - theta L/3, t_ij = w (3 K theta L + C x)/m m^,
+//! W_i = K theta^2/2 + C/(2m) sum w x^2 V. With t_dev = C w x/m it flows where 1/2 sum t_dev^2/w V > 5 Y^2/(2m), that
+//! is where the energy of x is above 5 Y^2/(2C) = Y^2/(6G), at which a solid of von Mises yields: x shrinks to s x,
+//! p grows by (1 - s) x.
+//!
+//! x and so p have no dilatation while a family is whole: theta is that of e. As bonds break, what is left of p may
+//! have one, but it is no reason to press: t remains the slope of W, and W of the size that can yield.
+
+use super::body::{Body, ByModel, Link, Weights};
+use super::correspondence::add;
+use super::ordinary_state_based::{Lps, extension};
+use super::state_based::{Near, Passes, StateBased};
+use super::{Formulation, Kinematics, Materials};
+use crate::error::Result;
+use crate::families::LANES;
+use crate::tensor::{Tensor, Vector, add_outer, zero};
+use crate::workers::{PerPoint, Ragged};
+
+/// p and x of a bond.
+type Extensions = [f64; 2];
+const LANE: usize = LANES * 2;
+
+/// A state on the yield surface is there but for this.
+const ROUNDING: f64 = 1.0 + 1e-12;
+
+/// 1/m, theta, what has been dissipated, and the equivalent plastic strain of a point.
+type State = [f64; 4];
+const STATE: usize = 4;
+
+struct PlasticLps {
+    elastic: Lps,
+    /// Y, infinite where a material does not flow.
+    yield_stress: ByModel<f64>,
+}
+
+pub(super) fn prepare(materials: &Materials<'_>, elastic: Lps) -> Result<Box<dyn Formulation>> {
+    let yield_stress =
+        ByModel::new(materials, |model| Ok(model.number("yield_stress").unwrap_or(f64::INFINITY)))?;
+    Ok(Box::new(StateBased::new(materials, PlasticLps { elastic, yield_stress })?))
+}
+
+/// Records, of bonds and of points.
+#[derive(Clone, Copy)]
+struct Records<'a> {
+    bonds: &'a [Extensions],
+    points: &'a [State],
+}
+
+impl<'a> Records<'a> {
+    fn new(records: &'a [f64], blocks: usize) -> Self {
+        let (bonds, points) = records.split_at(blocks * LANE);
+        Self { bonds: bonds.as_chunks().0, points: points.as_chunks().0 }
+    }
+
+    /// Those at the displacement of the body.
+    fn of<const D: usize>(body: &Body<'a, D>) -> Self {
+        let records = body.scene.asked.map_or(body.scene.bonds.records, |asked| asked.records);
+        Self::new(records, body.scene.families.block_count())
+    }
+}
+
+/// A family that may flow.
+struct Yielding {
+    /// C
+    stiffness: f64,
+    /// 1/m
+    inverse: f64,
+    /// Y
+    stress: f64,
+}
+
+impl Yielding {
+    /// Returns the extensions `new`, x yet as if nothing flowed, to the yield surface; gives what is dissipated by
+    /// that and the growth of the equivalent plastic strain. `bonds`: the place of each bond, and w V.
+    fn flow<I: Iterator<Item = (usize, f64)>>(
+        &self,
+        bonds: impl Fn() -> I,
+        old: &[Extensions],
+        new: &mut [Extensions],
+    ) -> [f64; 2] {
+        let squares: f64 = bonds().map(|(place, factor)| factor * new[place][1].powi(2)).sum();
+        let (limit, energy) = (
+            2.5 * self.stress * self.stress / self.stiffness,
+            0.5 * self.stiffness * self.inverse * squares,
+        );
+        if energy <= limit * ROUNDING || energy.is_nan() {
+            return [0.0; 2];
+        }
+        let left = (limit / energy).sqrt();
+        let mut product = 0.0;
+        for (place, factor) in bonds() {
+            let [plastic, elastic] = &mut new[place];
+            let flowed = (1.0 - left) * *elastic;
+            *plastic += flowed;
+            *elastic *= left;
+            // By the trapezoid, as all work.
+            product += factor * 0.5 * (old[place][1] + *elastic) * flowed;
+        }
+        // (Y/s - Y)/(3G)
+        let strain = 5.0 * self.stress * (1.0 / left - 1.0) / self.stiffness;
+        [self.stiffness * self.inverse * product, strain]
+    }
+}
+
+/// Sets x of a point's bonds; gives 1/m and theta.
+fn split<const D: usize>(
+    body: &Body<'_, D>,
+    point: usize,
+    extensions: &mut [Extensions],
+) -> [f64; 2] {
+    let first = body.scene.families.blocks(point).start * LANES;
+    let (mut weighted, mut sum) = (0.0, 0.0);
+    for link in body.links(point) {
+        let [plastic, elastic] = &mut extensions[link.slot - first];
+        *elastic = extension(&link).0 - *plastic;
+        let factor = link.own * link.length * link.volume;
+        weighted += factor * link.length;
+        sum += factor * *elastic;
+    }
+    let inverse = if weighted > 0.0 { 1.0 / weighted } else { 0.0 };
+    let theta = D as f64 * inverse * sum;
+    for link in body.links(point) {
+        extensions[link.slot - first][1] -= theta * link.length / D as f64;
+    }
+    [inverse, theta]
+}
+
+impl PlasticLps {
+    /// Y; infinite while the body is stretched to measure its surface.
+    fn yield_stress(&self, point: usize) -> f64 {
+        let measures = self.elastic.corrected.is_some() && self.weights().correction.is_none();
+        if measures { f64::INFINITY } else { *self.yield_stress.at(point) }
+    }
+
+    /// Records of a point and its bonds, after the committed ones.
+    fn remember<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        (old, old_state): (&[Extensions], &State),
+        (new, state): (&mut [Extensions], &mut State),
+    ) {
+        let first = body.scene.families.blocks(point).start * LANES;
+        // A broken bond is forgotten.
+        new.fill([0.0; 2]);
+        for link in body.links(point) {
+            new[link.slot - first][0] = old[link.slot - first][0];
+        }
+        let [inverse, mut theta] = split(body, point, new);
+        let [_, stiffness] = *self.elastic.moduli.at(point);
+        let yielding = Yielding { stiffness, inverse, stress: self.yield_stress(point) };
+        let bonds = || body.links(point).map(|link| (link.slot - first, link.own * link.volume));
+        let [dissipated, strain] = yielding.flow(bonds, old, new);
+        if strain > 0.0 {
+            // Asked again at this displacement, it answers with the same bits.
+            [_, theta] = split(body, point, new);
+        }
+        *state = [inverse, theta, old_state[2] + dissipated, old_state[3] + strain];
+    }
+
+    /// |t_ij| + |t_ji| of a bond, and its deformed length.
+    fn tension<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        link: &Link<D>,
+    ) -> (f64, f64) {
+        let records = Records::of(body);
+        // |t| of a point, over w.
+        let pull = |point: usize, slot: usize| {
+            let [inverse, theta, ..] = records.points[point];
+            let [kappa, stiffness] = *self.elastic.moduli.at(point);
+            let elastic = records.bonds[slot][1];
+            inverse * (D as f64 * kappa * theta * link.length + stiffness * elastic)
+        };
+        let back = body.scene.families.slot(link.neighbor, point);
+        let other = back.map_or(0.0, |back| link.other * pull(link.neighbor, back));
+        (link.own * pull(point, link.slot) + other, extension(link).1)
+    }
+
+    /// What plastic extensions would pull on a unit of area, over 2G: the plastic strain where all bonds flow alike.
+    fn plastic_strain<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> Tensor<3> {
+        let records = Records::of(body);
+        let mut strain = zero();
+        for link in body.links(point) {
+            let factor = 7.5 * records.points[point][0] * link.own * link.volume / link.length;
+            let mut bond = [0.0; 3];
+            bond[..D].copy_from_slice(&link.reference);
+            add_outer(&mut strain, factor * records.bonds[link.slot][0], &bond, &bond);
+        }
+        strain
+    }
+}
+
+impl Passes for PlasticLps {
+    fn weights(&self) -> &Weights {
+        self.elastic.weights()
+    }
+
+    fn corrected_modulus(&self, point: usize) -> Option<f64> {
+        self.elastic.corrected_modulus(point)
+    }
+
+    fn correct(&mut self, factors: Vec<f64>) {
+        self.elastic.correct(factors);
+    }
+
+    fn records(&self, points: usize, blocks: usize) -> usize {
+        blocks * LANE + points * STATE
+    }
+
+    fn ask<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        _: &[f64],
+        near: Option<&Near<'_>>,
+        records: &mut [f64],
+    ) {
+        let (scene, offsets) = (body.scene, &body.scene.families.offsets);
+        let blocks = scene.families.block_count();
+        let old = Records::new(scene.bonds.records, blocks);
+        let (bonds, points) = records.split_at_mut(blocks * LANE);
+        let outputs = (
+            Ragged { values: bonds.as_chunks_mut().0, offsets, width: LANES },
+            PerPoint(points.as_chunks_mut().0, 1),
+        );
+        scene.workers.sweep(scene.places.len(), outputs, |range, (bonds, points)| {
+            let start = offsets[range.start] as usize;
+            for (state, point) in points.0.iter_mut().zip(range) {
+                let blocks = scene.families.blocks(point);
+                let own = (blocks.start - start) * LANES..(blocks.end - start) * LANES;
+                let new: &mut [Extensions] = &mut bonds.values[own];
+                let before = &old.bonds[blocks.start * LANES..blocks.end * LANES];
+                if near.is_some_and(|near| !near.wants_pass(point)) {
+                    new.copy_from_slice(before);
+                    *state = old.points[point];
+                    continue;
+                }
+                self.remember(body, point, (before, &old.points[point]), (new, state));
+            }
+        });
+    }
+
+    /// All that forces need is in the records.
+    fn width(&self, _: usize) -> usize {
+        0
+    }
+
+    fn prepare_point<const D: usize>(&self, _: &Body<'_, D>, _: usize, _: &mut [f64]) -> bool {
+        true
+    }
+
+    fn force_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, _: &[f64]) -> Vector<D> {
+        let mut force = [0.0; D];
+        for link in body.links(point) {
+            let (tension, now) = self.tension(body, point, &link);
+            if now > 0.0 {
+                add(&mut force, tension * link.volume / now, &link.deformed());
+            }
+        }
+        force
+    }
+
+    fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, _: &[f64]) -> f64 {
+        let records = Records::of(body);
+        let [inverse, theta, dissipated, _] = records.points[point];
+        if body.scene.asked.is_some_and(|asked| asked.dissipated) {
+            return dissipated;
+        }
+        let [kappa, stiffness] = *self.elastic.moduli.at(point);
+        let squares = body.links(point).map(|link| {
+            let elastic = records.bonds[link.slot][1];
+            link.own * elastic * elastic * link.volume
+        });
+        0.5 * kappa * theta * theta + 0.5 * stiffness * inverse * squares.sum::<f64>()
+    }
+
+    fn kinematics_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        _: &[f64],
+    ) -> Kinematics {
+        let tension = |link: &Link<D>| self.tension(body, point, link);
+        let [_, dilatation, _, equivalent] = Records::of(body).points[point];
+        let made = Kinematics::of_bonds(body, point, self.elastic.laws.at(point), tension);
+        let plastic = (self.plastic_strain(body, point), equivalent);
+        Kinematics { dilatation, ..made }.with_plastic(plastic)
+    }
+
+    fn bytes(&self) -> usize {
+        self.elastic.bytes() + self.yield_stress.bytes()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One bond of a family: X = (0,0,0), (1,1,0), V = 1, omega = 1, so that m = 2; E = 68.9e3, nu = 0.33.
+    struct Pair {
+        yielding: Yielding,
+        extensions: [Extensions; 1],
+        dissipated: f64,
+    }
+
+    impl Pair {
+        fn new(stress: f64) -> Self {
+            let stiffness = 15.0 * 68.9e3 / (2.0 * 1.33);
+            let yielding = Yielding { stiffness, inverse: 0.5, stress };
+            Self { yielding, extensions: [[0.0; 2]], dissipated: 0.0 }
+        }
+
+        /// Force of the bond, both ends alike, with the far end moved by u along x and theta left out.
+        fn force(&mut self, u: f64) -> f64 {
+            let extension = ((1.0 + u) * (1.0 + u) + 1.0).sqrt() - 2_f64.sqrt();
+            let old = self.extensions;
+            self.extensions[0][1] = extension - old[0][0];
+            let bonds = || std::iter::once((0, 1.0));
+            let [dissipated, _] = self.yielding.flow(bonds, &old, &mut self.extensions);
+            self.dissipated += dissipated;
+            let state = self.yielding.stiffness * self.yielding.inverse * self.extensions[0][1];
+            2.0 * state
+        }
+    }
+
+    #[test]
+    fn two_points_sheared_without_dilatation_flow_at_a_closed_form() {
+        let yield_stress: f64 = 150.0;
+        let mut pair = Pair::new(yield_stress);
+        let plateau = 2.0 * (2.0 * 5.0 * yield_stress.powi(2) / (2.0 * 2.0)).sqrt();
+        let move_at = |step: u32| 0.0051 * f64::from(step) / 50.0;
+        let forces: Vec<f64> = (1..=50).map(|step| pair.force(move_at(step))).collect();
+        // Numbers of an independent code; extensions of 7e-5 are differences of lengths of 1.4, exact to 2e-16.
+        assert!((forces[0] - 28.023_675_283_010_87).abs() < 1e-10 * forces[0], "{}", forces[0]);
+        assert!((forces[1] - 56.048_779_518_371_8).abs() < 1e-10 * forces[1], "{}", forces[1]);
+        let elastic = Pair::new(f64::INFINITY);
+        let (mut elastic, mut flows) = (elastic, 0);
+        for (step, force) in (1..=50).zip(&forces) {
+            let expected = elastic.force(move_at(step)).min(plateau);
+            flows += u32::from(expected == plateau);
+            assert!((force - expected).abs() < 1e-12 * plateau, "step {step}: {force}");
+        }
+        assert!(flows > 10 && flows < 45, "{flows}");
+        // Unloads along the elastic line, and shortened enough flows the other way.
+        let slope = pair.yielding.stiffness;
+        let far = pair.force(move_at(50));
+        let back = pair.force(move_at(45));
+        let length = |u: f64| ((1.0 + u) * (1.0 + u) + 1.0).sqrt();
+        let shortened = length(move_at(50)) - length(move_at(45));
+        assert!((far - back - slope * shortened).abs() < 1e-10 * far, "{far} {back}");
+        assert!((pair.force(-0.0051) + plateau).abs() < 1e-12 * plateau);
+    }
+
+    #[test]
+    fn the_work_of_the_plateau_is_dissipated() {
+        let yield_stress: f64 = 150.0;
+        let error = |steps: u32| {
+            let mut pair = Pair::new(yield_stress);
+            for step in 1..=steps {
+                pair.force(0.0051 * f64::from(step) / f64::from(steps));
+            }
+            let whole = (1.0051_f64.powi(2) + 1.0).sqrt() - 2_f64.sqrt();
+            let state = (5.0 * yield_stress.powi(2) / 2.0).sqrt();
+            let elastic = state / (pair.yielding.stiffness * pair.yielding.inverse);
+            let [plastic, left] = pair.extensions[0];
+            assert!((plastic + left - whole).abs() < 1e-15 && (left - elastic).abs() < 1e-15);
+            (pair.dissipated / (state * (whole - elastic)) - 1.0).abs()
+        };
+        // Only the step that crosses the yield surface is off, by the square of a step.
+        let (coarse, fine) = (error(50), error(800));
+        assert!(coarse < 2e-3 && fine < 1e-5, "{coarse} {fine}");
+    }
+}
