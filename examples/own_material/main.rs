@@ -60,6 +60,7 @@ pub struct Outcome {
     pub bearing: f64,
     /// Largest deviation from the closed form, as a share of that.
     pub worst: f64,
+    /// As the hold leaves it, mJ.
     pub energy: Energy,
     /// A fingerprint of the last state.
     pub hash: u64,
