@@ -141,9 +141,18 @@ wave() {
     picture "$out/c.csv" map --map --range 0 2
 }
 
+own_material() {
+    begin own_material
+    in_c 20 "$out/c.csv"
+    in_fortran 20 "$out/fortran.csv"
+    in_rust 20 "$out/rust.csv"
+    same_hashes
+    picture "$out/c.csv" curve --curve --width 1200 --title "force of the held bar"
+}
+
 for name in "$@"; do
     case $name in
-        bend | branching | checkerboard | specimen | twist | wave) ;;
+        bend | branching | checkerboard | own_material | specimen | twist | wave) ;;
         *)
             echo "there is no example $name"
             exit 1
