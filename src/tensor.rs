@@ -16,6 +16,23 @@ pub(crate) fn identity<const D: usize>() -> Tensor<D> {
     array::from_fn(|row| array::from_fn(|column| f64::from(u8::from(row == column))))
 }
 
+/// Of numbers, row after row.
+#[inline(always)]
+pub(crate) fn read<const D: usize>(numbers: &[f64]) -> Tensor<D> {
+    array::from_fn(|row| array::from_fn(|column| numbers[row * D + column]))
+}
+
+/// With as many rows and columns as asked for: what is missing is 0, what is too much is left out.
+pub(crate) fn resized<const D: usize, const E: usize>(a: &Tensor<D>) -> Tensor<E> {
+    let mut resized = zero();
+    for (row, a) in resized.iter_mut().zip(a) {
+        for (value, a) in row.iter_mut().zip(a) {
+            *value = *a;
+        }
+    }
+    resized
+}
+
 pub(crate) fn dot<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

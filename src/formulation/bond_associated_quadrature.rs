@@ -13,15 +13,18 @@
 
 use super::body::{Body, Link, Weights};
 use super::constants;
-use super::correspondence::{add, gradient_at};
-use super::gradient::{MOST, monomials, width};
+use super::correspondence::{add, add_pulls, gradient_at};
+use super::gradient::width;
 use super::laws::{Laws, Sites};
-use super::state_based::{Passes, StateBased};
+use super::passes::Passes;
+use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials};
 use crate::error::Result;
 use crate::material::{Across, Answer, Deformation};
 use crate::model::Model;
-use crate::tensor::{Tensor, Vector, add_outer, applied, difference, product, scaled, sum, zero};
+use crate::tensor::{
+    Tensor, Vector, add_outer, applied, difference, product, read, scaled, sum, zero,
+};
 use std::f64::consts::PI;
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
@@ -87,19 +90,13 @@ impl Left<'_> {
         self.numbers[1] as usize
     }
 
-    fn matrix<const D: usize>(&self, from: usize) -> Tensor<D> {
-        std::array::from_fn(|row| {
-            std::array::from_fn(|column| self.numbers[from + row * D + column])
-        })
-    }
-
     /// H = F - I in the directions spanned.
     fn gradient<const D: usize>(&self) -> Tensor<D> {
-        self.matrix(2)
+        read(&self.numbers[2..])
     }
 
     fn span<const D: usize>(&self) -> Tensor<D> {
-        self.matrix(2 + D * D)
+        read(&self.numbers[2 + D * D..])
     }
 
     /// The rows that make a gradient, or in the last pass Z times them.
@@ -281,14 +278,6 @@ impl Passes for Baqp {
         point: usize,
         scratch: &[f64],
     ) -> Vector<D> {
-        let size = width(self.order, D);
-        let pull = |of: &Left<'_>, q: &[f64; MOST]| -> Vector<D> {
-            std::array::from_fn(|row| {
-                let row = &of.rows()[row * size..(row + 1) * size];
-                row.iter().zip(q).map(|(a, b)| a * b).sum()
-            })
-        };
-        let horizon = |point: usize| body.weights.horizons.at(point);
         let own = self.left(scratch, point, D);
         let mut force = [0.0; D];
         for link in body.links(point) {
@@ -297,10 +286,7 @@ impl Passes for Baqp {
             let answer = self.answer(body, point, &link, &at.deformation);
             let straight = applied(&answer.stress, &at.along);
             add(&mut force, 2.0 * at.weight * link.volume, &straight);
-            let q = monomials(self.order, &link.reference, horizon(point));
-            let q_back = monomials(self.order, &link.reference.map(|x| -x), horizon(link.neighbor));
-            add(&mut force, link.own * link.volume, &pull(&own, &q));
-            add(&mut force, -link.other * link.volume, &pull(&other, &q_back));
+            add_pulls(&mut force, body, point, &link, self.order, [own.rows(), other.rows()]);
         }
         force
     }

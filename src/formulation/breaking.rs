@@ -66,13 +66,13 @@ impl Near<'_> {
 }
 
 /// Adds what points lose by the bonds that have broken to `breaking.dissipated`. `energy` gives a part of the energy
-/// per volume of the points near them; with `needs_pass` it depends on what a first pass leaves of neighbours.
+/// per volume of the points near them, false where there is none; with `needs_pass` it depends on what a first pass leaves of neighbours.
 pub(super) fn book(
     scene: &Scene<'_>,
     breaking: &mut Breaking<'_>,
     scratch: &mut [f64],
     needs_pass: bool,
-    mut energy: impl FnMut(&Scene<'_>, &Near<'_>, EnergyPart, &mut [f64]),
+    mut energy: impl FnMut(&Scene<'_>, &Near<'_>, EnergyPart, &mut [f64]) -> bool,
 ) {
     let count = scene.places.len();
     let (density, rest) = scratch.split_at_mut(count);
@@ -95,7 +95,9 @@ pub(super) fn book(
         for (sign, bonds) in [(factor, scene.bonds), (-factor, broken)] {
             let scene = Scene { bonds, displacement, ..*scene };
             for part in [EnergyPart::Strain, EnergyPart::Stabilization, EnergyPart::Plastic] {
-                energy(&scene, &near, part, density);
+                if !energy(&scene, &near, part, density) {
+                    continue;
+                }
                 for (dissipated, density) in breaking.dissipated.iter_mut().zip(&*density) {
                     *dissipated += sign * density;
                 }

@@ -11,14 +11,15 @@ use super::body::{Body, Link, Weights};
 use super::constants;
 use super::gradient::{Gradient, MOST, Shape, monomials, width};
 use super::laws::{Laws, Sites};
-use super::state_based::{Passes, StateBased};
+use super::passes::Passes;
+use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials};
 use crate::error::Result;
 use crate::families::Property;
 use crate::material::{Answer, Deformation};
 use crate::tensor::{
-    Tensor, Vector, add_outer, applied, difference, dot, identity, product, scaled, sum, trace,
-    zero,
+    Tensor, Vector, add_outer, applied, difference, dot, identity, product, read, scaled, sum,
+    trace, zero,
 };
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
@@ -270,35 +271,21 @@ impl Passes for Correspondence {
     ) -> Vector<D> {
         let (size, all) = (width(self.order, D), self.width(D));
         let of = |point: usize| &scratch[point * all..(point + 1) * all];
-        let horizon = |point: usize| body.weights.horizons.at(point);
-        // (rows q) or P (rows q) of a point for a bond seen from it.
-        let pull = |of: &[f64], q: &[f64; MOST]| -> Vector<D> {
-            std::array::from_fn(|row| {
-                let row = &of[row * size..(row + 1) * size];
-                row.iter().zip(q).map(|(a, b)| a * b).sum()
-            })
-        };
-        let matrix = |of: &[f64]| -> Tensor<D> {
-            std::array::from_fn(|row| std::array::from_fn(|column| of[row * D + column]))
-        };
         let mut force = [0.0; D];
         let own = of(point);
         for link in body.links(point) {
             let other = of(link.neighbor);
-            let q = monomials(self.order, &link.reference, horizon(point));
             if self.strong {
                 // sum (P_j - P_i) G_ij V_j [P 3.51]
-                let (here, there) = (matrix(&own[D * size..]), matrix(&other[D * size..]));
-                let pull = applied(&difference(&there, &here), &pull(own, &q));
+                let apart = difference(&read(&other[D * size..]), &read(&own[D * size..]));
+                let q = monomials(self.order, &link.reference, body.weights.horizons.at(point));
+                let pull = applied(&apart, &times_rows(own, size, &q));
                 add(&mut force, link.own * link.volume, &pull);
                 continue;
             }
-            let back = link.reference.map(|x| -x);
-            let q_back = monomials(self.order, &back, horizon(link.neighbor));
-            add(&mut force, link.own * link.volume, &pull(own, &q));
-            add(&mut force, -link.other * link.volume, &pull(other, &q_back));
+            add_pulls(&mut force, body, point, &link, self.order, [own, other]);
             if self.is_stabilised() {
-                self.add_penalty(&mut force, &link, &own[D * size..], &other[D * size..], matrix);
+                add_penalty(&mut force, &link, &own[D * size..], &other[D * size..]);
             }
         }
         force
@@ -347,22 +334,40 @@ impl Passes for Correspondence {
     }
 }
 
-impl Correspondence {
-    /// w_i C_i z_ij - w_j C_j z_ji, with z_ij = du - H_i xi and z_ji = -(du - H_j xi).
-    fn add_penalty<const D: usize>(
-        &self,
-        force: &mut Vector<D>,
-        link: &Link<D>,
-        own: &[f64],
-        other: &[f64],
-        matrix: impl Fn(&[f64]) -> Tensor<D>,
-    ) {
-        for (weight, of) in [(link.own, own), (link.other, other)] {
-            let mut unseen = link.moved;
-            add(&mut unseen, -1.0, &applied(&matrix(&of[D * D..]), &link.reference));
-            add(force, weight * link.volume, &applied(&matrix(of), &unseen));
-        }
+/// w_i C_i z_ij - w_j C_j z_ji, with z_ij = du - H_i xi and z_ji = -(du - H_j xi); each end has C and H.
+fn add_penalty<const D: usize>(force: &mut Vector<D>, link: &Link<D>, own: &[f64], other: &[f64]) {
+    for (weight, of) in [(link.own, own), (link.other, other)] {
+        let mut unseen = link.moved;
+        add(&mut unseen, -1.0, &applied(&read(&of[D * D..]), &link.reference));
+        add(force, weight * link.volume, &applied(&read(of), &unseen));
     }
+}
+
+/// w_ij P_i (rows q) V_j - w_ji P_j (rows q) V_j of a bond, with what each end has of P times its rows.
+#[inline(always)]
+pub(super) fn add_pulls<const D: usize>(
+    force: &mut Vector<D>,
+    body: &Body<'_, D>,
+    point: usize,
+    link: &Link<D>,
+    order: usize,
+    [own, other]: [&[f64]; 2],
+) {
+    let (size, horizons) = (width(order, D), &body.weights.horizons);
+    let q = monomials(order, &link.reference, horizons.at(point));
+    let back = link.reference.map(|x| -x);
+    let q_back = monomials(order, &back, horizons.at(link.neighbor));
+    add(force, link.own * link.volume, &times_rows(own, size, &q));
+    add(force, -link.other * link.volume, &times_rows(other, size, &q_back));
+}
+
+/// Rows of so many numbers, one an axis, times monomials.
+#[inline(always)]
+fn times_rows<const D: usize>(rows: &[f64], size: usize, q: &[f64; MOST]) -> Vector<D> {
+    std::array::from_fn(|row| {
+        let row = &rows[row * size..(row + 1) * size];
+        row.iter().zip(q).map(|(a, b)| a * b).sum()
+    })
 }
 
 /// The displacement gradient H that the penalty compares bonds with. In a family that is flat but for a

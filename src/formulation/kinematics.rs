@@ -9,8 +9,8 @@ use super::body::{Body, Link};
 use super::correspondence::gradient_at;
 use crate::material::{Across, Deformation, Law, completed};
 use crate::tensor::{
-    Tensor, add_outer, contracted, determinant, difference, identity, product, scaled, sum,
-    symmetric, trace, transposed, zero,
+    Tensor, add_outer, contracted, determinant, difference, identity, product, resized, scaled,
+    sum, symmetric, trace, transposed, zero,
 };
 
 /// Deformation and stress of a point, as of a solid in space: a 2D body has them across itself too.
@@ -36,8 +36,8 @@ impl Kinematics {
     ) -> Self {
         let gradient = completed(deformation, across.stretch);
         let mut made = Self {
-            displacement_gradient: in_space(&gradient),
-            first_piola_stress: in_space(stress),
+            displacement_gradient: resized(&gradient),
+            first_piola_stress: resized(stress),
             dilatation: 0.0,
             plastic_strain: zero(),
             equivalent_plastic_strain: 0.0,
@@ -133,14 +133,6 @@ impl Kinematics {
         let deviator = sum(&stress, &pressure);
         (1.5 * contracted(&deviator, &deviator)).sqrt()
     }
-}
-
-fn in_space<const D: usize>(plane: &Tensor<D>) -> Tensor<3> {
-    let mut space = zero();
-    for (row, plane) in space.iter_mut().zip(plane) {
-        row[..D].copy_from_slice(plane);
-    }
-    space
 }
 
 /// det (I + H) - 1, without the cancellation.

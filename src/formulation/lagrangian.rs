@@ -15,12 +15,14 @@ use super::gradient::Shape;
 use super::kinematics::Kinematics;
 use super::laws::{Laws, Sites};
 use super::operators::Moments;
-use super::state_based::{Passes, StateBased};
+use super::passes::Passes;
+use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Materials};
 use crate::error::Result;
 use crate::material::{Answer, Deformation};
 use crate::tensor::{
-    Tensor, Vector, applied, determinant, difference, inverse, product, scaled, transposed, zero,
+    Tensor, Vector, applied, determinant, difference, inverse, product, read, scaled, transposed,
+    zero,
 };
 
 const REFUSED: &[&str] =
@@ -167,9 +169,7 @@ impl Passes for Lagrangian {
     ) -> Vector<D> {
         let (square, width) = (D * D, self.width(D));
         let of = |point: usize, number: usize| -> Tensor<D> {
-            let from = point * width + number * square;
-            let numbers = &scratch[from..from + square];
-            std::array::from_fn(|row| std::array::from_fn(|column| numbers[row * D + column]))
+            read(&scratch[point * width + number * square..])
         };
         let own = [of(point, 0), of(point, 1)];
         let mut force = [0.0; D];
@@ -207,7 +207,7 @@ impl Passes for Lagrangian {
     }
 
     fn is_degenerate<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> bool {
-        self.own(body, point).deformation.rank < D
+        Shape::new(&Moments::new(body, point).reference).rank < D
     }
 
     fn bytes(&self) -> usize {

@@ -5,8 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::body::{Body, ByModel};
+use super::breaking::Near;
 use super::kinematics::Kinematics;
-use super::state_based::{Near, Passes};
+use super::passes::Passes;
 use super::{Materials, Scene};
 use crate::error::Result;
 use crate::families::LANES;

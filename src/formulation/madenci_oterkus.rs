@@ -8,9 +8,9 @@ use std::f64::consts::PI;
 
 use super::body::{Body, ByModel, Link, Weights};
 use super::constants;
-use super::correspondence::add;
-use super::ordinary_state_based::extension;
-use super::state_based::{Passes, StateBased};
+use super::ordinary_state_based::{extension, pulled};
+use super::passes::Passes;
+use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials};
 use crate::error::{Error, Result};
 use crate::families::Property;
@@ -129,14 +129,7 @@ impl Passes for MadenciOterkus {
         point: usize,
         scratch: &[f64],
     ) -> Vector<D> {
-        let mut force = [0.0; D];
-        for link in body.links(point) {
-            let (tension, now) = self.tension(point, &link, scratch);
-            if now > 0.0 {
-                add(&mut force, tension * link.volume / now, &link.deformed());
-            }
-        }
-        force
+        pulled(body, point, |link| self.tension(point, link, scratch))
     }
 
     fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, _: &[f64]) -> f64 {
@@ -147,6 +140,10 @@ impl Passes for MadenciOterkus {
             link.own * extension * extension * link.volume
         });
         a * theta * theta + b * squares.sum::<f64>()
+    }
+
+    fn kinematics_need_pass(&self) -> bool {
+        true
     }
 
     fn kinematics_at<const D: usize>(

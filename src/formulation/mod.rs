@@ -15,6 +15,7 @@ mod madenci_oterkus;
 mod operators;
 mod ordinary_plastic;
 mod ordinary_state_based;
+mod passes;
 mod state_based;
 mod surface;
 

@@ -10,9 +10,10 @@
 //! have one, but it is no reason to press: t remains the slope of W, and W of the size that can yield.
 
 use super::body::{Body, ByModel, Link, Weights};
-use super::correspondence::add;
-use super::ordinary_state_based::{Lps, extension};
-use super::state_based::{Near, Passes, StateBased};
+use super::breaking::Near;
+use super::ordinary_state_based::{Lps, extension, pulled};
+use super::passes::Passes;
+use super::state_based::StateBased;
 use super::{Formulation, Kinematics, Materials};
 use crate::error::Result;
 use crate::families::LANES;
@@ -254,14 +255,7 @@ impl Passes for PlasticLps {
     }
 
     fn force_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, _: &[f64]) -> Vector<D> {
-        let mut force = [0.0; D];
-        for link in body.links(point) {
-            let (tension, now) = self.tension(body, point, &link);
-            if now > 0.0 {
-                add(&mut force, tension * link.volume / now, &link.deformed());
-            }
-        }
-        force
+        pulled(body, point, |link| self.tension(body, point, link))
     }
 
     fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, _: &[f64]) -> f64 {

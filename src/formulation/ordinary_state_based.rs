@@ -8,7 +8,8 @@
 use super::body::{Body, ByModel, Link, Weights};
 use super::constants;
 use super::correspondence::add;
-use super::state_based::{Passes, StateBased};
+use super::passes::Passes;
+use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials, ordinary_plastic};
 use crate::error::{Error, Result};
 use crate::material::Law;
@@ -82,6 +83,23 @@ pub(super) fn extension<const D: usize>(link: &Link<D>) -> (f64, f64) {
     (dot(&link.moved, &both) / (link.length + length), length)
 }
 
+/// Force on a point of bonds that pull along themselves; `tension`: |t_ij| + |t_ji| and the deformed length of each.
+#[inline(always)]
+pub(super) fn pulled<const D: usize>(
+    body: &Body<'_, D>,
+    point: usize,
+    tension: impl Fn(&Link<D>) -> (f64, f64),
+) -> Vector<D> {
+    let mut force = [0.0; D];
+    for link in body.links(point) {
+        let (tension, now) = tension(&link);
+        if now > 0.0 {
+            add(&mut force, tension * link.volume / now, &link.deformed());
+        }
+    }
+    force
+}
+
 impl Lps {
     /// |t_ij| + |t_ji| of a bond, and its deformed length; `scratch`: what the first pass has left.
     #[inline(always)]
@@ -141,14 +159,7 @@ impl Passes for Lps {
         point: usize,
         scratch: &[f64],
     ) -> Vector<D> {
-        let mut force = [0.0; D];
-        for link in body.links(point) {
-            let (tension, now) = self.tension(point, &link, scratch);
-            if now > 0.0 {
-                add(&mut force, tension * link.volume / now, &link.deformed());
-            }
-        }
-        force
+        pulled(body, point, |link| self.tension(point, link, scratch))
     }
 
     fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, _: &[f64]) -> f64 {
@@ -162,6 +173,10 @@ impl Passes for Lps {
             sum += link.own * rest * rest * link.volume;
         }
         0.5 * kappa * theta * theta + 0.5 * deviatoric * inverse * sum
+    }
+
+    fn kinematics_need_pass(&self) -> bool {
+        true
     }
 
     fn kinematics_at<const D: usize>(

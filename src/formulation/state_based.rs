@@ -7,160 +7,18 @@ use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::{Body, Weights};
-pub(super) use super::breaking::Near;
+use super::breaking::Near;
 use super::laws::Laws;
+use super::passes::Passes;
 use super::{
-    Asked, EnergyPart, Formulation, Kinematics, Materials, Read, Scene, breaking, surface,
+    Asked, EnergyPart, Formulation, Materials, Read, Scene, breaking, surface,
 };
 use crate::damage::Breaking;
 use crate::error::Result;
 use crate::families::{LANES, Property};
-use crate::material::Deformation;
 use crate::model::Plane;
 use crate::tensor::Vector;
 use crate::workers::{PerPoint, Ragged};
-
-/// The passes of a formulation.
-pub(super) trait Passes: Sized + Send + Sync {
-    fn weights(&self) -> &Weights;
-
-    /// lambda/2 + mu of a point, where the surface is to be corrected.
-    fn corrected_modulus(&self, _point: usize) -> Option<f64> {
-        None
-    }
-
-    /// Takes the factors of the surface.
-    fn correct(&mut self, _factors: Vec<f64>) {}
-
-    /// Its laws, where it asks any.
-    fn laws(&self) -> Option<&Laws> {
-        None
-    }
-
-    /// The deformations at which the law of a point is asked, and the site of each. `left`: what the first pass has
-    /// left of all points, where there is a pass between.
-    fn each_site<const D: usize>(
-        &self,
-        _body: &Body<'_, D>,
-        _point: usize,
-        _left: &[f64],
-        _ask: &mut dyn FnMut(usize, &Deformation<D>),
-    ) {
-    }
-
-    /// Numbers of records that it keeps from step to step, those of its laws.
-    fn records(&self, points: usize, blocks: usize) -> usize {
-        self.laws().map_or(0, |laws| laws.records(points, blocks))
-    }
-
-    /// Makes the records of a displacement from the committed ones, near broken bonds only if `near` says so.
-    fn ask<const D: usize>(
-        &self,
-        body: &Body<'_, D>,
-        left: &[f64],
-        near: Option<&Near<'_>>,
-        records: &mut [f64],
-    ) {
-        if let Some(laws) = self.laws() {
-            laws.ask(body, self, left, near, records);
-        }
-    }
-
-    /// Numbers a point that the first pass leaves for the second.
-    fn width(&self, dimension: usize) -> usize;
-
-    /// The first pass at a point; false where what it leaves is not to be used.
-    fn prepare_point<const D: usize>(
-        &self,
-        body: &Body<'_, D>,
-        point: usize,
-        scratch: &mut [f64],
-    ) -> bool;
-
-    /// A pass between the first and the last, which may read what the first has left of all points and
-    /// changes that of its own; false where there is none.
-    fn has_second(&self) -> bool {
-        false
-    }
-
-    /// What the pass between makes of a point.
-    fn second_at<const D: usize>(
-        &self,
-        _body: &Body<'_, D>,
-        _point: usize,
-        _scratch: &[f64],
-        _result: &mut [f64],
-    ) {
-    }
-
-    /// Numbers a bond that a first pass leaves, in place of numbers a point; 0 where it leaves none.
-    fn lane_width(&self, _dimension: usize) -> usize {
-        0
-    }
-
-    /// The first pass at a point for its bonds' lanes; false where what it leaves is not to be used.
-    fn prepare_lanes<const D: usize>(
-        &self,
-        _body: &Body<'_, D>,
-        _point: usize,
-        _lanes: &mut [f64],
-    ) -> bool {
-        true
-    }
-
-    /// Force per volume on a point, from what the first pass has left of all lanes.
-    fn force_from_lanes<const D: usize>(
-        &self,
-        _body: &Body<'_, D>,
-        _point: usize,
-        _lanes: &[f64],
-    ) -> Vector<D> {
-        [0.0; D]
-    }
-
-    /// Force per volume on a point, from what the passes have left of all points.
-    fn force_at<const D: usize>(
-        &self,
-        body: &Body<'_, D>,
-        point: usize,
-        scratch: &[f64],
-    ) -> Vector<D>;
-
-    /// Whether energies need what the first pass leaves.
-    fn energy_needs_pass(&self) -> bool {
-        false
-    }
-
-    /// Strain energy per volume of a point; `scratch`: what the first pass has left of all points, where
-    /// energies need it.
-    fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, scratch: &[f64]) -> f64;
-
-    /// Whether there is a penalty on modes that the material does not see.
-    fn has_penalty(&self) -> bool {
-        false
-    }
-
-    /// Energy per volume of that penalty.
-    fn stabilisation_at<const D: usize>(&self, _body: &Body<'_, D>, _point: usize) -> f64 {
-        0.0
-    }
-
-    /// Whether a point's family does not span the body, or does not bear the order of gradient asked for: what
-    /// is done then says `gradient`.
-    fn is_degenerate<const D: usize>(&self, _body: &Body<'_, D>, _point: usize) -> bool {
-        false
-    }
-
-    /// Deformation and stress of a point; `scratch`: what the first pass has left of all points.
-    fn kinematics_at<const D: usize>(
-        &self,
-        body: &Body<'_, D>,
-        point: usize,
-        scratch: &[f64],
-    ) -> Kinematics;
-
-    fn bytes(&self) -> usize;
-}
 
 /// A formulation in passes, made ready for a body.
 pub(super) struct StateBased<P> {
@@ -226,22 +84,7 @@ impl<P: Passes> StateBased<P> {
         } else {
             &*first
         };
-        // A point whose own material fails is to be named, not one that it pulls on.
-        let found = bad.load(Ordering::Relaxed);
-        if found != usize::MAX {
-            return Some(found);
-        }
-        scene.workers.sweep(count, PerPoint(force, D), |range, force| {
-            let (forces, _) = force.0.as_chunks_mut::<D>();
-            for (force, point) in forces.iter_mut().zip(range) {
-                *force = passes.force_at(&body, point, left);
-                if !force.iter().all(|component| component.is_finite()) {
-                    bad.fetch_min(point, Ordering::Relaxed);
-                }
-            }
-        });
-        let found = bad.into_inner();
-        (found != usize::MAX).then_some(found)
+        gather(scene, bad, force, |point| passes.force_at(&body, point, left))
     }
 
     fn passes_over_lanes<const D: usize>(
@@ -266,22 +109,8 @@ impl<P: Passes> StateBased<P> {
                 }
             }
         });
-        let found = bad.load(Ordering::Relaxed);
-        if found != usize::MAX {
-            return Some(found);
-        }
         let lanes = &*lanes;
-        scene.workers.sweep(count, PerPoint(force, D), |range, force| {
-            let (forces, _) = force.0.as_chunks_mut::<D>();
-            for (force, point) in forces.iter_mut().zip(range) {
-                *force = passes.force_from_lanes(body, point, lanes);
-                if !force.iter().all(|component| component.is_finite()) {
-                    bad.fetch_min(point, Ordering::Relaxed);
-                }
-            }
-        });
-        let found = bad.into_inner();
-        (found != usize::MAX).then_some(found)
+        gather(scene, bad, force, |point| passes.force_from_lanes(body, point, lanes))
     }
 
     /// Whether there is such an energy at all.
@@ -353,6 +182,8 @@ impl<P: Passes> StateBased<P> {
             self.first_pass(&body, left, near);
         }
         let left = &*left;
+        // The penalty asks no law.
+        let records = if part == EnergyPart::Stabilization { &mut [] } else { records };
         let scene = self.asked(&body, left, near, records, part == EnergyPart::Plastic);
         let scene = &scene;
         let body = Body::<D>::new(scene, self.passes.weights());
@@ -391,7 +222,7 @@ impl<P: Passes> StateBased<P> {
         let (records, scratch) = scratch.split_at_mut(self.records_of(scene));
         let (body, count) = (Body::<D>::new(scene, self.passes.weights()), scene.places.len());
         let left = &mut scratch[..count * self.passes.width(D)];
-        if self.passes.has_second() || self.records_of(scene) == 0 {
+        if self.passes.kinematics_need_pass() {
             self.first_pass(&body, left, None);
         }
         let scene = self.asked(&body, left, None, records, false);
@@ -414,13 +245,39 @@ impl<P: Passes> StateBased<P> {
         let (scratch, own) = scratch.split_at_mut(scratch.len() - room);
         let needs_pass = self.passes.energy_needs_pass();
         breaking::book(scene, breaking, own, needs_pass, |scene, near, part, density| {
-            match (part, scene.dimension) {
-                _ if !self.has(part, scene) => density.fill(0.0),
-                (_, 3) => self.energies::<3>(scene, scratch, density, part, Some(near)),
+            match scene.dimension {
+                _ if !self.has(part, scene) => return false,
+                3 => self.energies::<3>(scene, scratch, density, part, Some(near)),
                 _ => self.energies::<2>(scene, scratch, density, part, Some(near)),
             }
+            true
         });
     }
+}
+
+/// Sums up the force on each point, unless `bad` names one whose own material has failed: it is to be named, and not
+/// one that it pulls on. Gives the first point without a finite force.
+fn gather<const D: usize>(
+    scene: &Scene<'_>,
+    bad: AtomicUsize,
+    force: &mut [f64],
+    force_at: impl Fn(usize) -> Vector<D> + Sync,
+) -> Option<usize> {
+    let found = bad.load(Ordering::Relaxed);
+    if found != usize::MAX {
+        return Some(found);
+    }
+    scene.workers.sweep(scene.places.len(), PerPoint(force, D), |range, force| {
+        let (forces, _) = force.0.as_chunks_mut::<D>();
+        for (force, point) in forces.iter_mut().zip(range) {
+            *force = force_at(point);
+            if !force.iter().all(|component| component.is_finite()) {
+                bad.fetch_min(point, Ordering::Relaxed);
+            }
+        }
+    });
+    let found = bad.into_inner();
+    (found != usize::MAX).then_some(found)
 }
 
 impl<P: Passes> Formulation for StateBased<P> {

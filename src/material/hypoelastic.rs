@@ -15,7 +15,7 @@
 use super::Law;
 use crate::tensor::{
     Tensor, Vector, add_outer, applied, contracted, determinant, difference, eigen, identity,
-    inverse, product, scaled, sum, symmetric, trace, transposed, zero,
+    inverse, product, read, scaled, sum, symmetric, trace, transposed, zero,
 };
 
 /// Yield stress in uniaxial tension and hardening modulus.
@@ -57,11 +57,7 @@ pub(crate) const NUMBERS: usize = 48;
 
 impl Memory {
     pub(crate) fn read(numbers: &[f64]) -> Self {
-        let tensor = |from: usize| -> Tensor<3> {
-            std::array::from_fn(|row| {
-                std::array::from_fn(|column| numbers[from + 3 * row + column])
-            })
-        };
+        let tensor = |from: usize| read(&numbers[from..]);
         Self {
             gradient: tensor(0),
             rotation: tensor(9),

@@ -6,7 +6,9 @@
 use super::completion::{completed, turned};
 use super::hypoelastic::{Memory, NUMBERS};
 use super::{Across, Answer, DISSIPATED, Deformation, ENERGY, Kind, Law, MEMORY, PENDING};
-use crate::tensor::{Tensor, contracted, difference, identity, product, scaled, sum, zero};
+use crate::tensor::{
+    Tensor, contracted, difference, identity, product, read, resized, scaled, sum,
+};
 
 /// Tries at the stretch of free directions.
 const TRIES: usize = 60;
@@ -20,16 +22,11 @@ impl<'a> Record<'a> {
         Self(&records[site * width..(site + 1) * width])
     }
 
-    fn stress_in_space(&self) -> Tensor<3> {
-        std::array::from_fn(|row| std::array::from_fn(|column| self.0[3 * row + column]))
-    }
-
     /// The answer; with `dissipated` the energy is what was not given back.
     pub(crate) fn answer<const D: usize>(&self, span: &Tensor<D>, dissipated: bool) -> Answer<D> {
-        let stress = self.stress_in_space();
-        let stress = std::array::from_fn(|row| std::array::from_fn(|column| stress[row][column]));
+        let stress: Tensor<3> = read(self.0);
         let energy = self.0[if dissipated { DISSIPATED } else { ENERGY }];
-        Answer { energy, stress: product(&stress, span) }
+        Answer { energy, stress: product(&resized(&stress), span) }
     }
 
     /// Stretch of free directions, and across a plate its thickness and P_33.
@@ -77,11 +74,7 @@ impl Law {
         let free = f64::from(self.free[deformation.rank]);
         let plate = D == 2 && !self.is_held_across;
         let moved = |stretch: f64| {
-            let plane = sum(&base, &scaled(&turned, stretch));
-            let mut gradient = zero();
-            for (row, plane) in gradient.iter_mut().zip(&plane) {
-                row[..D].copy_from_slice(plane);
-            }
+            let mut gradient: Tensor<3> = resized(&sum(&base, &scaled(&turned, stretch)));
             if plate {
                 gradient[2][2] = stretch - 1.0;
             }
@@ -90,9 +83,7 @@ impl Law {
         // Stress in the free directions, as the slope of the energy by their stretch.
         let slope = |memory: &Memory| {
             let stress = memory.first_piola_stress();
-            let plane: Tensor<D> =
-                std::array::from_fn(|row| std::array::from_fn(|column| stress[row][column]));
-            contracted(&plane, &turned) + if plate { stress[2][2] } else { 0.0 }
+            contracted(&resized(&stress), &turned) + if plate { stress[2][2] } else { 0.0 }
         };
         let mut stretch = if free > 0.0 { last_stretch(&before, &turned, plate) } else { 1.0 };
         let mut memory = moved(stretch);
@@ -128,8 +119,7 @@ fn last_stretch<const D: usize>(before: &Memory, turned: &Tensor<D>, plate: bool
     if plate {
         return 1.0 + before.gradient[2][2];
     }
-    let plane: Tensor<D> =
-        std::array::from_fn(|row| std::array::from_fn(|column| before.gradient[row][column]));
+    let plane: Tensor<D> = resized(&before.gradient);
     let size = contracted(turned, turned);
     if size > 0.0 { contracted(&sum(&identity(), &plane), turned) / size } else { 1.0 }
 }

@@ -1,0 +1,156 @@
+//! What a state-based formulation says of itself: its passes over the families, and what it keeps.
+
+use super::Kinematics;
+use super::body::{Body, Weights};
+use super::breaking::Near;
+use super::laws::Laws;
+use crate::material::Deformation;
+use crate::tensor::Vector;
+
+/// The passes of a formulation.
+pub(super) trait Passes: Sized + Send + Sync {
+    fn weights(&self) -> &Weights;
+
+    /// lambda/2 + mu of a point, where the surface is to be corrected.
+    fn corrected_modulus(&self, _point: usize) -> Option<f64> {
+        None
+    }
+
+    /// Takes the factors of the surface.
+    fn correct(&mut self, _factors: Vec<f64>) {}
+
+    /// Its laws, where it asks any.
+    fn laws(&self) -> Option<&Laws> {
+        None
+    }
+
+    /// The deformations at which the law of a point is asked, and the site of each. `left`: what the first pass has
+    /// left of all points, where there is a pass between.
+    fn each_site<const D: usize>(
+        &self,
+        _body: &Body<'_, D>,
+        _point: usize,
+        _left: &[f64],
+        _ask: &mut dyn FnMut(usize, &Deformation<D>),
+    ) {
+    }
+
+    /// Numbers of records that it keeps from step to step, those of its laws.
+    fn records(&self, points: usize, blocks: usize) -> usize {
+        self.laws().map_or(0, |laws| laws.records(points, blocks))
+    }
+
+    /// Makes the records of a displacement from the committed ones, near broken bonds only if `near` says so.
+    fn ask<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        left: &[f64],
+        near: Option<&Near<'_>>,
+        records: &mut [f64],
+    ) {
+        if let Some(laws) = self.laws() {
+            laws.ask(body, self, left, near, records);
+        }
+    }
+
+    /// Numbers a point that the first pass leaves for the second.
+    fn width(&self, dimension: usize) -> usize;
+
+    /// The first pass at a point; false where what it leaves is not to be used.
+    fn prepare_point<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &mut [f64],
+    ) -> bool;
+
+    /// A pass between the first and the last, which may read what the first has left of all points and
+    /// changes that of its own; false where there is none.
+    fn has_second(&self) -> bool {
+        false
+    }
+
+    /// What the pass between makes of a point.
+    fn second_at<const D: usize>(
+        &self,
+        _body: &Body<'_, D>,
+        _point: usize,
+        _scratch: &[f64],
+        _result: &mut [f64],
+    ) {
+    }
+
+    /// Numbers a bond that a first pass leaves, in place of numbers a point; 0 where it leaves none.
+    fn lane_width(&self, _dimension: usize) -> usize {
+        0
+    }
+
+    /// The first pass at a point for its bonds' lanes; false where what it leaves is not to be used.
+    fn prepare_lanes<const D: usize>(
+        &self,
+        _body: &Body<'_, D>,
+        _point: usize,
+        _lanes: &mut [f64],
+    ) -> bool {
+        true
+    }
+
+    /// Force per volume on a point, from what the first pass has left of all lanes.
+    fn force_from_lanes<const D: usize>(
+        &self,
+        _body: &Body<'_, D>,
+        _point: usize,
+        _lanes: &[f64],
+    ) -> Vector<D> {
+        [0.0; D]
+    }
+
+    /// Force per volume on a point, from what the passes have left of all points.
+    fn force_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &[f64],
+    ) -> Vector<D>;
+
+    /// Whether energies need what the first pass leaves.
+    fn energy_needs_pass(&self) -> bool {
+        false
+    }
+
+    /// Whether deformation and stress need what the first pass leaves.
+    fn kinematics_need_pass(&self) -> bool {
+        self.energy_needs_pass()
+    }
+
+    /// Strain energy per volume of a point; `scratch`: what the first pass has left of all points, where
+    /// energies need it.
+    fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, scratch: &[f64]) -> f64;
+
+    /// Whether there is a penalty on modes that the material does not see.
+    fn has_penalty(&self) -> bool {
+        false
+    }
+
+    /// Energy per volume of that penalty.
+    fn stabilisation_at<const D: usize>(&self, _body: &Body<'_, D>, _point: usize) -> f64 {
+        0.0
+    }
+
+    /// Whether a point's family does not span the body, or does not bear the order of gradient asked for: what
+    /// is done then says `gradient`.
+    fn is_degenerate<const D: usize>(&self, _body: &Body<'_, D>, _point: usize) -> bool {
+        false
+    }
+
+    /// Deformation and stress of a point; `scratch`: what the first pass has left of all points, where they need
+    /// it.
+    fn kinematics_at<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        scratch: &[f64],
+    ) -> Kinematics;
+
+    fn bytes(&self) -> usize;
+}
