@@ -6,6 +6,7 @@
 use std::f64::consts::PI;
 
 use super::body::{Body, ByModel, Link, Weights};
+use super::constants;
 use super::ordinary_state_based::extension;
 use super::{
     EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Read, Scene, surface,
@@ -63,14 +64,7 @@ fn elastic(model: &Model, dimension: usize) -> Result<Elastic> {
 /// c [P 3.9]: force per volume squared at stretch 1.
 fn bond_constant(model: &Model, dimension: usize, horizon: f64) -> Result<f64> {
     let elastic = elastic(model, dimension)?;
-    let thickness = model.number("thickness").unwrap_or(1.0);
-    let constant = match (dimension, model.plane()) {
-        (3, _) => 18.0 * elastic.bulk_modulus / (PI * horizon.powi(4)),
-        (_, Plane::Stress) => 9.0 * elastic.youngs_modulus / (PI * thickness * horizon.powi(3)),
-        (_, Plane::Strain) => {
-            48.0 * elastic.youngs_modulus / (5.0 * PI * thickness * horizon.powi(3))
-        }
-    };
+    let constant = constants::bond_constant(&elastic, model, dimension, horizon);
     if constant > 0.0 && constant.is_finite() {
         return Ok(constant);
     }

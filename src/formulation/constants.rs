@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use crate::error::{Error, Result};
-use crate::model::Model;
+use crate::model::{Elastic, Model, Plane};
 
 /// Whether a model has what a law needs.
 pub(super) fn check_law(model: &Model, _: usize) -> Result<()> {
@@ -41,6 +41,23 @@ pub(super) fn usable(stretch: f64, horizon: f64) -> Result<f64> {
         "the elastic constants with 'horizon' {horizon} give the critical stretch {stretch}, out of the \
          range of numbers; use other units"
     )))
+}
+
+/// C_b: force per volume squared at stretch 1 of the bonds that hold what a solid does. [P 3.9]
+pub(super) fn bond_constant(
+    elastic: &Elastic,
+    model: &Model,
+    dimension: usize,
+    horizon: f64,
+) -> f64 {
+    let thickness = model.number("thickness").unwrap_or(1.0);
+    match (dimension, model.plane()) {
+        (3, _) => 18.0 * elastic.bulk_modulus / (PI * horizon.powi(4)),
+        (_, Plane::Stress) => 9.0 * elastic.youngs_modulus / (PI * thickness * horizon.powi(3)),
+        (_, Plane::Strain) => {
+            48.0 * elastic.youngs_modulus / (5.0 * PI * thickness * horizon.powi(3))
+        }
+    }
 }
 
 /// kappa: K in 3D, lambda + mu of the plane state in 2D.

@@ -12,8 +12,7 @@ use super::{Materials, Scene};
 use crate::error::Result;
 use crate::families::LANES;
 use crate::material::{
-    Across, Answer, Deformation, ENERGY, HostLaw, Law, Layout, MEMORY, PENDING, Record, Room,
-    record_width,
+    Across, Answer, Deformation, HostLaw, Law, MEMORY, Record, Room, record_width,
 };
 use crate::tensor::zero;
 use crate::workers::{PerPoint, Ragged};
@@ -36,7 +35,6 @@ pub(super) struct Laws {
     host: ByModel<Option<HostLaw>>,
     room: Mutex<Room>,
     stopped: AtomicBool,
-    dimension: usize,
 }
 
 impl Laws {
@@ -45,13 +43,13 @@ impl Laws {
         let remember = of.any(Law::has_memory);
         let host = ByModel::new(materials, |model| Ok(model.host_law().cloned()))?;
         let state = host.iter().flatten().map(|law| law.state_size).max();
-        let (width, dimension) = (record_width(state), materials.dimension);
+        let width = record_width(state);
         let room = match state {
-            Some(state) => Room::new(dimension, state)?,
-            None => Room::new(0, 0)?,
+            Some(state) => Room::new(materials.dimension, width, state)?,
+            None => Room::new(0, 0, 0)?,
         };
         let (room, stopped) = (Mutex::new(room), AtomicBool::new(false));
-        Ok(Self { of, sites, remember, width, host, room, stopped, dimension })
+        Ok(Self { of, sites, remember, width, host, room, stopped })
     }
 
     pub(super) fn at(&self, point: usize) -> &Law {
@@ -186,13 +184,6 @@ impl Laws {
     fn ask_host(&self, scene: &Scene<'_>, records: &mut [f64]) {
         // A panic of a host's function has left nothing that is not made anew.
         let mut room = self.room.lock().unwrap_or_else(PoisonError::into_inner);
-        let layout = Layout {
-            width: self.width,
-            dimension: self.dimension,
-            energy: ENERGY,
-            pending: PENDING,
-            memory: MEMORY,
-        };
         for law in self.host.iter().flatten() {
             // A call asks in several sweeps: after a stop the others ask no more.
             if self.stopped.load(Ordering::Relaxed) {
@@ -210,7 +201,7 @@ impl Laws {
                     blocks.start * LANES..blocks.end * LANES
                 }
             });
-            if room.ask(law, layout, sites, scene.bonds.records, records).is_break() {
+            if room.ask(law, sites, scene.bonds.records, records).is_break() {
                 self.stopped.store(true, Ordering::Relaxed);
             }
         }

@@ -3,20 +3,16 @@
 //!
 //! Between the passes only these numbers are exchanged: the seam for ranks.
 
-use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::{Body, Weights};
 use super::breaking::Near;
 use super::laws::Laws;
 use super::passes::Passes;
-use super::{
-    Asked, EnergyPart, Formulation, Materials, Read, Scene, breaking, surface,
-};
+use super::{Asked, EnergyPart, Formulation, Materials, Read, Scene, breaking, constants, surface};
 use crate::damage::Breaking;
 use crate::error::Result;
 use crate::families::{LANES, Property};
-use crate::model::Plane;
 use crate::tensor::Vector;
 use crate::workers::{PerPoint, Ragged};
 
@@ -31,17 +27,8 @@ impl<P: Passes> StateBased<P> {
     pub(super) fn new(materials: &Materials<'_>, passes: P) -> Result<Self> {
         let bond_constants = materials.property(
             |model, horizon| {
-                let thickness = model.number("thickness").unwrap_or(1.0);
                 let elastic = model.elastic()?;
-                Ok(match (materials.dimension, model.plane()) {
-                    (3, _) => 18.0 * elastic.bulk_modulus / (PI * horizon.powi(4)),
-                    (_, Plane::Stress) => {
-                        9.0 * elastic.youngs_modulus / (PI * thickness * horizon.powi(3))
-                    }
-                    (_, Plane::Strain) => {
-                        48.0 * elastic.youngs_modulus / (5.0 * PI * thickness * horizon.powi(3))
-                    }
-                })
+                Ok(constants::bond_constant(&elastic, model, materials.dimension, horizon))
             },
             "bond constants",
         )?;

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use super::{ENERGY, MEMORY, PENDING};
 use crate::error::Result;
 use crate::memory;
 
@@ -46,6 +47,9 @@ const BATCH: usize = 256;
 
 /// What a batch is made in.
 pub(crate) struct Room {
+    dimension: usize,
+    /// Numbers of a record: behind F - I it keeps the state.
+    width: usize,
     before: Vec<f64>,
     now: Vec<f64>,
     state_before: Vec<f64>,
@@ -56,22 +60,13 @@ pub(crate) struct Room {
     sites: Vec<usize>,
 }
 
-/// Where a record keeps what.
-#[derive(Clone, Copy)]
-pub(crate) struct Layout {
-    pub(crate) width: usize,
-    pub(crate) dimension: usize,
-    pub(crate) energy: usize,
-    pub(crate) pending: usize,
-    /// F - I, and behind it the state.
-    pub(crate) memory: usize,
-}
-
 impl Room {
-    pub(crate) fn new(dimension: usize, state_size: usize) -> Result<Self> {
+    pub(crate) fn new(dimension: usize, width: usize, state_size: usize) -> Result<Self> {
         let (tensors, states) = (BATCH * dimension * dimension, BATCH * state_size);
         let room = |count| memory::filled(0.0, count, "the material's function");
         Ok(Self {
+            dimension,
+            width,
             before: room(tensors)?,
             now: room(tensors)?,
             state_before: room(states)?,
@@ -86,47 +81,46 @@ impl Room {
     pub(crate) fn ask(
         &mut self,
         law: &HostLaw,
-        layout: Layout,
         sites: impl Iterator<Item = usize>,
         old: &[f64],
         new: &mut [f64],
     ) -> ControlFlow<()> {
         for site in sites {
-            let from = site * layout.width;
-            if new[from + layout.pending] == 0.0 {
+            let from = site * self.width;
+            if new[from + PENDING] == 0.0 {
                 continue;
             }
-            self.take(law, layout, site, &old[from..], &new[from..]);
+            self.take(law, site, &old[from..], &new[from..]);
             if self.sites.len() == BATCH {
-                self.answer(law, layout, new)?;
+                self.answer(law, new)?;
             }
         }
-        self.answer(law, layout, new)
+        self.answer(law, new)
     }
 
-    fn take(&mut self, law: &HostLaw, layout: Layout, site: usize, old: &[f64], new: &[f64]) {
-        let (place, square) = (self.sites.len(), layout.dimension * layout.dimension);
+    fn take(&mut self, law: &HostLaw, site: usize, old: &[f64], new: &[f64]) {
+        let (place, square) = (self.sites.len(), self.dimension * self.dimension);
         self.sites.push(site);
         for (gradients, record) in [(&mut self.before, old), (&mut self.now, new)] {
-            let moved = &record[layout.memory..layout.memory + square];
+            let moved = &record[MEMORY..MEMORY + square];
             let gradients = &mut gradients[place * square..(place + 1) * square];
             gradients.copy_from_slice(moved);
-            for axis in 0..layout.dimension {
-                gradients[axis * (layout.dimension + 1)] += 1.0;
+            for axis in 0..self.dimension {
+                gradients[axis * (self.dimension + 1)] += 1.0;
             }
         }
-        let state = layout.memory + 9..layout.memory + 9 + law.state_size;
+        let state = MEMORY + 9..MEMORY + 9 + law.state_size;
         let own = place * law.state_size..(place + 1) * law.state_size;
         self.state_before[own].copy_from_slice(&old[state]);
     }
 
     /// Lets the function answer what has been taken.
-    fn answer(&mut self, law: &HostLaw, layout: Layout, new: &mut [f64]) -> ControlFlow<()> {
+    fn answer(&mut self, law: &HostLaw, new: &mut [f64]) -> ControlFlow<()> {
         let count = self.sites.len();
         if count == 0 {
             return ControlFlow::Continue(());
         }
-        let (dimension, size) = (layout.dimension, law.state_size);
+        let (dimension, size) = (self.dimension, law.state_size);
         let square = dimension * dimension;
         // What it leaves out is not a number.
         self.stress[..count * square].fill(f64::NAN);
@@ -142,15 +136,15 @@ impl Room {
             energy: &mut self.energy[..count],
         })?;
         for (place, site) in self.sites.drain(..).enumerate() {
-            let record = &mut new[site * layout.width..(site + 1) * layout.width];
+            let record = &mut new[site * self.width..(site + 1) * self.width];
             for row in 0..dimension {
                 let from = place * square + row * dimension;
                 let stress = &self.stress[from..from + dimension];
                 record[3 * row..3 * row + dimension].copy_from_slice(stress);
             }
-            record[layout.energy] = self.energy[place];
-            record[layout.pending] = 0.0;
-            let state = layout.memory + 9;
+            record[ENERGY] = self.energy[place];
+            record[PENDING] = 0.0;
+            let state = MEMORY + 9;
             record[state..state + size]
                 .copy_from_slice(&self.state[place * size..(place + 1) * size]);
         }

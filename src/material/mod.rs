@@ -17,7 +17,7 @@ mod small_strain;
 pub(crate) use across::Across;
 pub(crate) use completion::completed;
 pub use host::MaterialBatch;
-pub(crate) use host::{HostLaw, Layout, Room};
+pub(crate) use host::{HostLaw, Room};
 pub(crate) use remember::Record;
 
 use crate::error::Result;
@@ -83,10 +83,10 @@ pub(crate) const fn record_width(host: Option<usize>) -> usize {
 }
 
 /// Where a record has the energy.
-pub(crate) const ENERGY: usize = 9;
+const ENERGY: usize = 9;
 const DISSIPATED: usize = 10;
 /// Where a record says that a function of the host's is still to be asked.
-pub(crate) const PENDING: usize = 11;
+const PENDING: usize = 11;
 pub(crate) const MEMORY: usize = 12;
 
 impl Law {

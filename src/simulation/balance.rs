@@ -85,8 +85,8 @@ impl Simulation {
     /// # Errors
     /// `Memory`, and what building the families can fail with.
     pub fn energy(&self) -> Result<Energy> {
-        let (kinetic, elastic, dissipated) = (self.kinetic()?, self.elastic()?, self.dissipated()?);
-        let plastic = self.plastic()?;
+        let (kinetic, elastic) = (self.kinetic()?, self.elastic()?);
+        let [dissipated, plastic] = self.dissipated()?;
         let Ledger { work, given, carried, open } = self.state.ledger;
         let closure_error =
             if open { kinetic + elastic + dissipated - (work + given) } else { carried };
@@ -110,20 +110,20 @@ impl Simulation {
         self.sum_over_points(|point| density[point] * places[point][3])
     }
 
-    fn dissipated(&self) -> Result<f64> {
+    /// By all there is, and by plastic flow alone.
+    fn dissipated(&self) -> Result<[f64; 2]> {
         let built = self.built()?;
-        let density = built.dissipated_density(&self.state.current.displacement)?;
-        self.sum_over_points(|point| density[point] * built.plan.places[point][3])
-    }
-
-    fn plastic(&self) -> Result<f64> {
-        let built = self.built()?;
+        let (places, broken) = (&built.plan.places, &built.dissipated[0]);
         if built.bonds.records.is_empty() {
-            return Ok(0.0);
+            let whole = self.sum_over_points(|point| broken[point] * places[point][3])?;
+            return Ok([whole, 0.0]);
         }
-        let density =
+        let plastic =
             built.energy_density(&self.state.current.displacement, EnergyPart::Plastic)?;
-        self.sum_over_points(|point| density[point] * built.plan.places[point][3])
+        Ok([
+            self.sum_over_points(|point| (plastic[point] + broken[point]) * places[point][3])?,
+            self.sum_over_points(|point| plastic[point] * places[point][3])?,
+        ])
     }
 
     /// A sum over all points, in fixed blocks.
@@ -139,7 +139,7 @@ impl Simulation {
     /// Takes the energy that is there as given, before steps account for its changes.
     pub(super) fn open_ledger(&mut self) -> Result<()> {
         if !self.state.ledger.open {
-            let total = self.kinetic()? + self.elastic()? + self.dissipated()?;
+            let total = self.kinetic()? + self.elastic()? + self.dissipated()?[0];
             if !total.is_finite() {
                 return Err(Error::Numeric(format!(
                     "the energy is not finite ({total}): displacements or velocities are too large to \
@@ -180,7 +180,7 @@ impl Simulation {
             return Ok(());
         }
         // The next step takes the energy that it finds as given, or refuses it.
-        if let (Ok(elastic), Ok(dissipated)) = (self.elastic(), self.dissipated()) {
+        if let (Ok(elastic), Ok([dissipated, _])) = (self.elastic(), self.dissipated()) {
             let ledger = &mut self.state.ledger;
             ledger.carried = before + elastic + dissipated - (ledger.work + ledger.given);
         }

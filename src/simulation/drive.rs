@@ -117,27 +117,27 @@ impl Simulation {
         else {
             return Ok(());
         };
-        if let Some(rule) = &plan.rule {
+        // What breaks, and what materials will remember, comes with the forces.
+        if plan.rule.is_some() || !bonds.records.is_empty() {
             let [now, next] = dissipated;
-            next.copy_from_slice(now);
-            let scene = plan.scene(workers, bonds, &state.current.displacement);
             let before = (!state.pulled).then_some(&*state.next.displacement);
-            let breaking = Breaking { rule, intact: next_intact, dissipated: next, before };
-            let force = &mut state.next.force;
-            let failed = plan.formulation.force(&scene, scratch, force, Some(breaking));
-            check_force(plan, failed.map(|point| points.order().host[point]), state.time)?;
-            if bonds.intact != *next_intact {
-                state.force_fresh = false;
-            }
-            std::mem::swap(now, next);
-            std::mem::swap(&mut bonds.intact, next_intact);
-        } else if !bonds.records.is_empty() {
+            let breaking = plan.rule.as_ref().map(|rule| {
+                next.copy_from_slice(now);
+                Breaking { rule, intact: next_intact, dissipated: next, before }
+            });
             let scene = plan.scene(workers, bonds, &state.current.displacement);
             let force = &mut state.next.force;
-            let failed = plan.formulation.force(&scene, scratch, force, None);
+            let failed = plan.formulation.force(&scene, scratch, force, breaking);
             check_force(plan, failed.map(|point| points.order().host[point]), state.time)?;
+            if plan.rule.is_some() {
+                if bonds.intact != *next_intact {
+                    state.force_fresh = false;
+                }
+                std::mem::swap(now, next);
+                std::mem::swap(&mut bonds.intact, next_intact);
+            }
+            bonds.keep_records(scratch);
         }
-        bonds.keep_records(scratch);
         state.pulled = true;
         state.time += time_step;
         state.steps += 1;
