@@ -180,6 +180,64 @@ typedef int32_t perion_log_level;
 typedef void (*perion_log)(void *user, perion_log_level level, const char *message);
 
 /**
+ * How perion_simulation_advance chooses its steps; a member that is 0 stands for its default. Let
+ * perion_advance_options_init set struct_size.
+ */
+typedef struct perion_advance_options {
+    /**
+     * Bytes of the caller's struct.
+     */
+    int64_t struct_size;
+    /**
+     * time step over the stable one, at most 1; default 0.8
+     */
+    double safety;
+    /**
+     * steps are never longer; default: no limit
+     */
+    double largest_time_step;
+    /**
+     * steps after which the stable one is found anew, at the cost of ten forces; after a quarter of them when bonds
+     * have broken; default 100
+     */
+    int64_t interval;
+} perion_advance_options;
+
+/**
+ * What a run has done. Let perion_report_init set struct_size.
+ */
+typedef struct perion_report {
+    /**
+     * Bytes of the caller's struct.
+     */
+    int64_t struct_size;
+    /**
+     * steps completed
+     */
+    int64_t steps;
+    /**
+     * how often the stable step was found
+     */
+    int64_t estimates;
+    /**
+     * the smallest time step, 0 when none was made
+     */
+    double smallest_time_step;
+    /**
+     * the largest time step
+     */
+    double largest_time_step;
+    /**
+     * the stable step as it was last found
+     */
+    double stable_time_step;
+    /**
+     * time of the last completed step
+     */
+    double time;
+} perion_report;
+
+/**
  * The energy of a simulation, in units of energy. Let perion_energy_init set struct_size.
  */
 typedef struct perion_energy {
@@ -248,7 +306,7 @@ typedef struct perion_health {
      */
     int64_t broken_bonds;
     /**
-     * last time step over the stable one; 0 before the first step
+     * last time step over the stable one as it was last found; 0 before the first step. Near 1 the limit is near
      */
     double time_step_ratio;
     /**
@@ -266,6 +324,15 @@ typedef struct perion_health {
      * the first of them, -1 for none
      */
     int64_t first_degenerate_point;
+    /**
+     * the stable step as it was last found; 0 before that
+     */
+    double stable_time_step;
+    /**
+     * 1 where it was found from forces that have a potential, and is stable for small motions about the state it
+     * was found at; 0 where it is an estimate
+     */
+    int64_t stable_step_is_guaranteed;
 } perion_health;
 
 /**
@@ -1192,14 +1259,19 @@ perion_status perion_simulation_commit(struct perion_simulation *simulation,
                                        double time_step);
 
 /**
- * A time step at which step() is stable. For bond_based whatever bonds break or stretch; the true limit may
- * be up to twice as large. For the other formulations about 2.5 % below the limit at the current
- * displacement, found anew at each call at the cost of sixty forces: ask again as bonds break or strains
- * grow. It promises nothing for bonds pressed to a fraction of their length: see smallest_stretch of
- * perion_health. DBL_MAX where no bond acts. Leaves the state as it is; ends set-up.
+ * A time step at which step() is stable near the current displacement, with bonds as they are: 2 over the largest
+ * frequency of the forces as they are linear there, less a margin: 2 to 5 percent below the limit. Materials that flow
+ * count with their elastic stiffness. DBL_MAX where no bond acts. Leaves the state as it is; ends set-up.
+ *
+ * It costs up to sixty forces, and ten when nothing has changed since it was last asked for than that a few bonds have
+ * broken. Strains, turns and damage change it: ask again as they grow, or take a part of it (0.8; half of it where
+ * bonds stretch by a tenth and more), or let perion_simulation_advance see to it. It promises nothing for bonds
+ * pressed to a fraction of their length: see smallest_stretch of perion_health. Where forces have no potential (strong
+ * forms, deformed bonds, literal forces, laws with memory and those of the host) it follows from the eigenvalue of the
+ * largest size and is no guarantee: see stable_step_is_guaranteed of perion_health.
  *
  * ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_NUMERIC: forces at the current displacement are
- * not finite. ERROR_MEMORY. Since 0.1.
+ * not finite, or no step is stable. ERROR_INTERRUPTED: a function stopped. ERROR_MEMORY. Since 0.1.
  */
 perion_status perion_simulation_stable_time_step(struct perion_simulation *simulation,
                                                  double *time_step);
@@ -1249,6 +1321,34 @@ perion_status perion_simulation_set_time(struct perion_simulation *simulation,
  */
 perion_status perion_simulation_step_count(const struct perion_simulation *simulation,
                                            int64_t *count);
+
+/**
+ * Clears the struct, which stands for all defaults, and sets its struct_size; struct_size:
+ * sizeof(perion_advance_options) as the host was compiled, so that it works with later libraries too. Since 0.1.
+ */
+void perion_advance_options_init(struct perion_advance_options *advance_options,
+                                 int64_t struct_size);
+
+/**
+ * Clears the struct and sets its struct_size; struct_size: sizeof(perion_report) as the host was
+ * compiled, so that it works with later libraries too. Since 0.1.
+ */
+void perion_report_init(struct perion_report *report, int64_t struct_size);
+
+/**
+ * Makes velocity Verlet steps up to the time `until`, and lands on it exactly. Steps are a share of the stable step,
+ * which is found anew on the way; NULL options are the defaults. The report, unless NULL, tells what was done, also
+ * of a run that failed on its way. The progress callback is told of each step, with the total as it looks then.
+ *
+ * ERROR_ARGUMENT: until not finite or before the current time, safety outside 0 to 1, largest_time_step or interval
+ * below 0, struct_size not set. ERROR_NUMERIC: a motion that is not finite, no step that is stable.
+ * ERROR_INTERRUPTED: a callback stopped. ERROR_MEMORY. A failure leaves the simulation as the last completed step left
+ * it. Since 0.1.
+ */
+perion_status perion_simulation_advance(struct perion_simulation *simulation,
+                                        double until,
+                                        const struct perion_advance_options *advance_options_or_null,
+                                        struct perion_report *report_or_null);
 
 /**
  * Clears the struct and sets its struct_size; struct_size: sizeof(perion_energy) as the host was

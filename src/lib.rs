@@ -64,5 +64,6 @@ pub use material::MaterialBatch;
 pub use model::{Elastic, Influence, KEYS, Key, Kind, Model, Plane};
 pub use points::Points;
 pub use simulation::{
-    Energy, Field, Health, Log, LogLevel, Memory, PointReport, Progress, Simulation, Stepping,
+    AdvanceOptions, Advancing, Energy, Field, Health, Log, LogLevel, Memory, PointReport, Progress,
+    Report, Simulation, Stepping,
 };

@@ -34,8 +34,8 @@ pub(crate) struct State {
     /// The current load and acceleration belong to the current force, time and conditions.
     pub(crate) loads_fresh: bool,
     pub(crate) ledger: Ledger,
-    /// Last time step over the stable one.
-    pub(crate) time_step_ratio: f64,
+    /// Time step of the last step made; 0 before the first.
+    pub(crate) last_time_step: f64,
 }
 
 /// The account of energy: what went in by work, and what the host changed by hand.
@@ -84,7 +84,7 @@ impl State {
             force_fresh: false,
             loads_fresh: false,
             ledger: Ledger::default(),
-            time_step_ratio: 0.0,
+            last_time_step: 0.0,
         })
     }
 

@@ -61,7 +61,8 @@ fn cracks_at(damage: &[f64], column: usize) -> Vec<f64> {
 fn the_crack_branches_into_two_symmetric_arms_and_no_energy_comes_out_of_nothing() {
     let mut plate = plate();
     let end = 50e-6;
-    let steps = (end / plate.stable_time_step().unwrap()).ceil() as u64;
+    // Half of it: bonds stretch by much before they break.
+    let steps = (end / (0.5 * plate.stable_time_step().unwrap())).ceil() as u64;
     let mut history: Vec<Energy> = Vec::new();
     let chunk = 4;
     let mut done = 0;

@@ -58,6 +58,7 @@ module perion
 
   public :: perion_points, perion_model, perion_simulation, perion_error
   public :: perion_energy, perion_health, perion_memory, perion_view
+  public :: perion_advance_options, perion_report
   public :: perion_function, perion_material, perion_progress, perion_log
   public :: perion_version, perion_abi_version, perion_version_string, perion_build_info
   public :: perion_has_feature, perion_status_string, perion_last_error
@@ -214,7 +215,8 @@ module perion
     integer(c_int64_t) :: bonds = 0
     !> bonds broken
     integer(c_int64_t) :: broken_bonds = 0
-    !> last time step over the stable one; 0 before the first step
+    !> last time step over the stable one as it was last found; 0 before the first step. Near 1 the limit
+    !> is near
     real(c_double) :: time_step_ratio = 0
     !> smallest stretch of a bond that is not broken, 0 when none is compressed; below about -0.3
     !> bonds are on their way to collapse, and the stable step promises nothing
@@ -225,7 +227,39 @@ module perion
     integer(c_int64_t) :: degenerate_points = 0
     !> the first of them, 0 for none
     integer(c_int64_t) :: first_degenerate_point = 0
+    !> the stable step as it was last found; 0 before that
+    real(c_double) :: stable_time_step = 0
+    !> 1 where it was found from forces that have a potential, and is stable for small motions about the
+    !> state it was found at; 0 where it is an estimate
+    integer(c_int64_t) :: stable_step_is_guaranteed = 0
   end type perion_health
+
+  !> How advance chooses its steps.
+  type :: perion_advance_options
+    !> time step over the stable one, above 0 and at most 1; 0 for the default, 0.8
+    real(c_double) :: safety = 0
+    !> steps are never longer; 0 for no limit
+    real(c_double) :: largest_time_step = 0
+    !> steps after which the stable one is found anew, at the cost of ten forces; after a quarter of them
+    !> when bonds have broken; 0 for the default, 100
+    integer(c_int64_t) :: interval = 0
+  end type perion_advance_options
+
+  !> What a run has done.
+  type :: perion_report
+    !> steps completed
+    integer(c_int64_t) :: steps = 0
+    !> how often the stable step was found
+    integer(c_int64_t) :: estimates = 0
+    !> the smallest time step, 0 when none was made
+    real(c_double) :: smallest_time_step = 0
+    !> the largest time step
+    real(c_double) :: largest_time_step = 0
+    !> the stable step as it was last found
+    real(c_double) :: stable_time_step = 0
+    !> time of the last completed step
+    real(c_double) :: time = 0
+  end type perion_report
 
   !> Heap bytes that a simulation holds.
   type :: perion_memory
@@ -316,6 +350,7 @@ module perion
     procedure :: commit => simulation_commit
     procedure :: stable_time_step => simulation_stable_time_step
     generic :: step => step_int64, step_int32
+    procedure :: advance => simulation_advance
     procedure :: set_progress => simulation_set_progress
     procedure :: set_log => simulation_set_log
     procedure :: time => simulation_time
@@ -1426,15 +1461,21 @@ module perion
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine simulation_commit
 
-    !> A time step at which step is stable. For bond_based whatever bonds break or stretch; the true
-    !> limit may be up to twice as large. For the other formulations about 2.5 % below the limit at the
-    !> current displacement, found anew at each call at the cost of sixty forces: ask again as bonds
-    !> break or strains grow. It promises nothing for bonds pressed to a fraction of their length: see
-    !> smallest_stretch of perion_health. huge() where no bond acts. Leaves the state as it is; ends
-    !> set-up.
+    !> A time step at which step is stable near the current displacement, with bonds as they are: 2 over the
+    !> largest frequency of the forces as they are linear there, less a margin: 2 to 5 percent below the
+    !> limit. Materials that flow count with their elastic stiffness. huge() where no bond acts. Leaves the
+    !> state as it is; ends set-up.
+    !>
+    !> It costs up to sixty forces, and ten when nothing has changed since it was last asked for than that a
+    !> few bonds have broken. Strains, turns and damage change it: ask again as they grow, or take a part of
+    !> it (0.8; half of it where bonds stretch by a tenth and more), or let advance see to it. It promises
+    !> nothing for bonds pressed to a fraction of their length: see smallest_stretch of perion_health. Where
+    !> forces have no potential (strong forms, deformed bonds, literal forces, laws with memory and those of
+    !> the host) it follows from the eigenvalue of the largest size and is no guarantee: see
+    !> stable_step_is_guaranteed of perion_health.
     !>
     !> ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_NUMERIC: forces at the current
-    !> displacement are not finite.
+    !> displacement are not finite, or no step is stable. ERROR_INTERRUPTED: a function stopped.
     recursive module subroutine simulation_stable_time_step(self, time_step, error)
       class(perion_simulation), intent(inout) :: self
       real(c_double), intent(inout) :: time_step
@@ -1461,6 +1502,23 @@ module perion
       integer(c_int32_t), intent(in) :: steps
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine step_int32
+
+    !> Makes velocity Verlet steps up to the time `until`, and lands on it exactly. Steps are a share of the
+    !> stable step, which is found anew on the way; without options the defaults hold. The report tells what
+    !> was done, also of a run that failed on its way. An object of set_progress is told of each step, with
+    !> the total as it looks then.
+    !>
+    !> ERROR_ARGUMENT: until not finite or before the current time, safety outside 0 to 1,
+    !> largest_time_step or interval below 0. ERROR_NUMERIC: a motion that is not finite, no step that is
+    !> stable. ERROR_INTERRUPTED: a callback stopped. A failure leaves the simulation as the last
+    !> completed step left it.
+    recursive module subroutine simulation_advance(self, until, options, report, error)
+      class(perion_simulation), intent(inout) :: self
+      real(c_double), intent(in) :: until
+      type(perion_advance_options), optional, intent(in) :: options
+      type(perion_report), optional, intent(inout) :: report
+      type(perion_error), allocatable, optional, intent(out) :: error
+    end subroutine simulation_advance
 
     !> Sets the object that step tells of its progress; none when left out. The object is not
     !> copied: it must have the attribute target (or be what a pointer points to) and live where it

@@ -1,12 +1,14 @@
 !> Simulations: driven, asked for their balance, written to files.
 submodule (perion) drive_procedures
   use, intrinsic :: iso_c_binding, only: c_sizeof
-  use perion_c, only: perion_energy_init, perion_health_init, perion_memory_init, &
+  use perion_c, only: perion_advance_options_init, perion_energy_init, perion_health_init, &
+      perion_memory_init, perion_report_init, perion_simulation_advance, &
       perion_simulation_commit, perion_simulation_energy, perion_simulation_evaluate, &
       perion_simulation_health, perion_simulation_memory, perion_simulation_set_time, &
       perion_simulation_stable_time_step, perion_simulation_step, perion_simulation_step_count, &
       perion_simulation_time, perion_simulation_write_series, perion_simulation_write_vtk, &
-      raw_energy => perion_energy, raw_health => perion_health, raw_memory => perion_memory
+      raw_energy => perion_energy, raw_health => perion_health, raw_memory => perion_memory, &
+      raw_options => perion_advance_options, raw_report => perion_report
   use perion_support, only: c_text, check, narrow, ok
   implicit none
 
@@ -31,6 +33,32 @@ contains
   module procedure step_int32
     call check(perion_simulation_step(self%handle, time_step, int(steps, c_int64_t)), error)
   end procedure step_int32
+
+  module procedure simulation_advance
+    type(raw_options) :: asked
+    type(raw_report) :: told
+    integer(c_int32_t) :: status
+
+    call perion_advance_options_init(asked, c_sizeof(asked))
+    call perion_report_init(told, c_sizeof(told))
+    if (present(options)) then
+      asked%safety = options%safety
+      asked%largest_time_step = options%largest_time_step
+      asked%interval = options%interval
+    end if
+    told%steps = -1
+    status = perion_simulation_advance(self%handle, until, asked, told)
+    ! A call that was refused has left it as it was.
+    if (present(report) .and. told%steps >= 0) then
+      report%steps = told%steps
+      report%estimates = told%estimates
+      report%smallest_time_step = told%smallest_time_step
+      report%largest_time_step = told%largest_time_step
+      report%stable_time_step = told%stable_time_step
+      report%time = told%time
+    end if
+    call check(status, error)
+  end procedure simulation_advance
 
   module procedure simulation_time
     call check(perion_simulation_time(self%handle, time), error)
@@ -80,6 +108,8 @@ contains
     health%broken_bonds = told%broken_bonds
     health%time_step_ratio = told%time_step_ratio
     health%smallest_stretch = told%smallest_stretch
+    health%stable_time_step = told%stable_time_step
+    health%stable_step_is_guaranteed = told%stable_step_is_guaranteed
   end procedure simulation_health
 
   module procedure simulation_memory

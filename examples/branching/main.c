@@ -148,9 +148,9 @@ int main(int argc, char **argv)
     check(perion_simulation_forbid_failure(simulation, "top"));
     check(perion_simulation_forbid_failure(simulation, "bottom"));
 
-    /* Stepping: the library knows a step that is stable. */
+    /* Stepping: the library knows a step that is stable, and half of it where cracks stretch bonds. */
     check(perion_simulation_stable_time_step(simulation, &stable));
-    steps = (int64_t)ceil(end_time / stable);
+    steps = (int64_t)ceil(end_time / (0.5 * stable));
     printf("%lld points, %lld steps of %6.4f us\n", (long long)count, (long long)steps,
            1e6 * end_time / (double)steps);
     watching.simulation = simulation;

@@ -153,10 +153,10 @@ program branching
   call simulation%forbid_failure('top')
   call simulation%forbid_failure('bottom')
 
-  ! Stepping: the library knows a step that is stable.
+  ! Stepping: the library knows a step that is stable, and half of it where cracks stretch bonds.
   call simulation%point_count(count)
   call simulation%stable_time_step(stable)
-  steps = ceiling(end_time / stable)
+  steps = ceiling(end_time / (0.5d0 * stable))
   print '(i0, a, i0, a, f6.4, a)', count, ' points, ', steps, ' steps of ', &
       1d6 * end_time / steps, ' us'
   watching%start = seconds()

@@ -69,10 +69,10 @@ pub fn run(along: u32, series: &str) -> Result<()> {
     simulation.forbid_failure("top")?;
     simulation.forbid_failure("bottom")?;
 
-    // Stepping: the library knows a step that is stable. It calls the closure after each step, which
-    // may look at the simulation and write files, and can stop the run.
+    // Stepping: the library knows a step that is stable, and half of it where cracks stretch bonds. It calls the
+    // closure after each step, which may look at the simulation and write files, and can stop the run.
     let stable = simulation.stable_time_step()?;
-    let steps = (end_time / stable).ceil() as u64;
+    let steps = (end_time / (0.5 * stable)).ceil() as u64;
     let time_step = end_time / steps as f64;
     println!(
         "{} points, {steps} steps of {:6.4} us",

@@ -172,7 +172,7 @@ int main(int argc, char **argv)
      * it, which is the sum of what holds its points. */
     check(perion_simulation_stable_time_step(simulation, &stable));
     const double interval = end_time / RECORDS;
-    const int64_t steps = (int64_t)ceil(interval / stable);
+    const int64_t steps = (int64_t)ceil(interval / (0.5 * stable));
     const double time_step = interval / (double)steps;
     printf("%lld points, %.4f mm apart\n", (long long)count, spacing);
     printf("%lld steps of %.4f us\n", (long long)(RECORDS * steps), 1e3 * time_step);

@@ -140,7 +140,7 @@ program specimen
   ! it, which is the sum of what holds its points.
   call simulation%stable_time_step(stable)
   interval = end_time / records
-  steps = ceiling(interval / stable)
+  steps = ceiling(interval / (0.5d0 * stable))
   time_step = interval / steps
   print '(i0, a, f6.4, a)', count, ' points, ', spacing, ' mm apart'
   print '(i0, a, f6.4, a)', records * steps, ' steps of ', 1d3 * time_step, ' us'

@@ -107,7 +107,7 @@ pub fn run(mesh: &str, series: &str) -> Result<Outcome> {
     // Stepping, with a look at the specimen 200 times: how far its right grip has come, and the force
     // on it, which is the sum of what holds its points.
     let interval = end_time / records as f64;
-    let steps = (interval / simulation.stable_time_step()?).ceil();
+    let steps = (interval / (0.5 * simulation.stable_time_step()?)).ceil();
     let time_step = interval / steps;
     println!("{} points, {spacing:.4} mm apart", points.count());
     println!("{} steps of {:.4} us", records * steps as u64, 1e3 * time_step);

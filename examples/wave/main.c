@@ -164,7 +164,7 @@ int main(int argc, char **argv)
     check(perion_simulation_stable_time_step(bar, &stable));
     const double end_time = (1.5 * length + rise) / expected;
     const double interval = end_time / RECORDS;
-    const int64_t steps = (int64_t)ceil(interval / stable);
+    const int64_t steps = (int64_t)ceil(interval / (0.5 * stable));
     double *velocity = numbers(3 * count);
     double *velocities = numbers((RECORDS + 1) * (int64_t)along);
     printf("%lld points, %lld steps of %.4f us\n", (long long)count, (long long)(RECORDS * steps),

@@ -139,7 +139,7 @@ program wave
   call bar%stable_time_step(stable)
   end_time = (1.5d0 * length + rise) / expected
   interval = end_time / records
-  steps = ceiling(interval / stable)
+  steps = ceiling(interval / (0.5d0 * stable))
   allocate (velocities(along, 0:records), source=0d0)
   print '(i0, a, i0, a, f6.4, a)', count, ' points, ', records * steps, ' steps of ', &
       1d3 * interval / steps, ' us'

@@ -106,7 +106,7 @@ pub fn run(along: usize, rise: f64) -> Result<Wave> {
     // velocity of each cross-section is taken: x runs fastest in a block of points.
     let end_time = (1.5 * length + rise) / expected;
     let interval = end_time / records as f64;
-    let steps = (interval / bar.stable_time_step()?).ceil();
+    let steps = (interval / (0.5 * bar.stable_time_step()?)).ceil();
     println!(
         "{count} points, {} steps of {:.4} us",
         steps as usize * records,

@@ -130,6 +130,10 @@ impl Passes for BondAssociated {
         &self.weights
     }
 
+    fn has_potential(&self) -> bool {
+        !self.literal
+    }
+
     fn laws(&self) -> Option<&Laws> {
         Some(&self.laws)
     }

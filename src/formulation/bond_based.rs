@@ -231,17 +231,12 @@ impl Formulation for BondBased {
         &self.weights
     }
 
-    /// The stiffness of a bond never exceeds c d/L, whatever its stretch. By Gershgorin's circles the
-    /// squared frequencies are then at most twice sum c d V_j/(L rho).
-    fn stiffness_bound(&self, scene: &Scene<'_>, bound: &mut [f64]) -> bool {
-        let law = self.various(scene, None);
-        self.sum_over_bonds(scene, bound, |point, bond| {
-            if !scene.bonds.is_intact(bond.slot) {
-                return 0.0;
-            }
-            0.5 * law.stiffness_of(point, bond) * scene.places[bond.neighbor][3] / bond.length
-        });
+    fn has_potential(&self) -> bool {
         true
+    }
+
+    fn stiffens_by_damage(&self) -> bool {
+        false
     }
 
     fn conventional_stiffness(&self, scene: &Scene<'_>, stiffness: &mut [f64]) {

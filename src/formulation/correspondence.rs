@@ -210,6 +210,10 @@ impl Passes for Correspondence {
         &self.weights
     }
 
+    fn has_potential(&self) -> bool {
+        !self.strong
+    }
+
     fn laws(&self) -> Option<&Laws> {
         Some(&self.laws)
     }

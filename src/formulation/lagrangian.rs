@@ -114,6 +114,10 @@ impl Passes for Lagrangian {
         &self.weights
     }
 
+    fn has_potential(&self) -> bool {
+        !(self.deformed || self.strong)
+    }
+
     fn laws(&self) -> Option<&Laws> {
         Some(&self.laws)
     }

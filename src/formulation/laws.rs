@@ -153,7 +153,7 @@ impl Laws {
             passes.each_site(body, point, left, &mut |site, deformation| {
                 let own = site * width - first..(site + 1) * width - first;
                 let old = &scene.bonds.records[site * width..(site + 1) * width];
-                self.at(point).remember(deformation, old, &mut new[own]);
+                self.at(point).remember(deformation, old, &mut new[own], scene.flows);
             });
         };
         match self.sites {

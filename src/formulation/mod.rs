@@ -119,6 +119,8 @@ pub(crate) struct Scene<'a> {
     /// `dimension` numbers a point.
     pub(crate) displacement: &'a [f64],
     pub(crate) workers: &'a Workers,
+    /// Whether materials may flow; else they answer with their elastic stiffness.
+    pub(crate) flows: bool,
     /// Answers of laws with memory at this displacement, once they have been asked.
     pub(crate) asked: Option<Asked<'a>>,
 }
@@ -199,9 +201,13 @@ pub(crate) trait Formulation: Send + Sync {
     /// How much bonds count in a family.
     fn weights(&self) -> &Weights;
 
-    /// A bound, per point, on what the bonds still intact can add to the squared frequency of the body,
-    /// times the density: (omega/2)^2 rho. It holds at any displacement. False where there is none.
-    fn stiffness_bound(&self, scene: &Scene<'_>, bound: &mut [f64]) -> bool;
+    /// Whether forces are the slope of an energy.
+    fn has_potential(&self) -> bool;
+
+    /// Whether the bonds that are left can become stiffer as others break.
+    fn stiffens_by_damage(&self) -> bool {
+        true
+    }
 
     /// Marks points whose families do not span the body, or do not bear the order of gradient asked for, by 1.
     fn degenerate(&self, _scene: &Scene<'_>, marks: &mut [f64]) {

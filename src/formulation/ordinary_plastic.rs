@@ -152,7 +152,8 @@ impl PlasticLps {
         }
         let [inverse, mut theta] = split(body, point, new);
         let [_, stiffness] = *self.elastic.moduli.at(point);
-        let yielding = Yielding { stiffness, inverse, stress: self.yield_stress(point) };
+        let stress = if body.scene.flows { self.yield_stress(point) } else { f64::INFINITY };
+        let yielding = Yielding { stiffness, inverse, stress };
         let bonds = || body.links(point).map(|link| (link.slot - first, link.own * link.volume));
         let [dissipated, strain] = yielding.flow(bonds, old, new);
         if strain > 0.0 {

@@ -11,6 +11,11 @@ use crate::tensor::Vector;
 pub(super) trait Passes: Sized + Send + Sync {
     fn weights(&self) -> &Weights;
 
+    /// Whether forces are the slope of an energy where laws have one.
+    fn has_potential(&self) -> bool {
+        true
+    }
+
     /// lambda/2 + mu of a point, where the surface is to be corrected.
     fn corrected_modulus(&self, _point: usize) -> Option<f64> {
         None

@@ -359,8 +359,8 @@ impl<P: Passes> Formulation for StateBased<P> {
         self.passes.weights()
     }
 
-    fn stiffness_bound(&self, _: &Scene<'_>, _: &mut [f64]) -> bool {
-        false
+    fn has_potential(&self) -> bool {
+        self.passes.has_potential() && !self.passes.laws().is_some_and(Laws::remember)
     }
 
     fn degenerate(&self, scene: &Scene<'_>, marks: &mut [f64]) {

@@ -47,12 +47,14 @@ impl<'a> Record<'a> {
 }
 
 impl Law {
-    /// Answers a deformation after the record `old` of the last committed state, into the record `new`.
+    /// Answers a deformation after the record `old` of the last committed state, into the record `new`; with its
+    /// elastic stiffness alone unless it `flows`.
     pub(crate) fn remember<const D: usize>(
         &self,
         deformation: &Deformation<D>,
         old: &[f64],
         new: &mut [f64],
+        flows: bool,
     ) {
         if deformation.rank == 0 {
             // Nothing is known of it: it stays as it was, and does not pull.
@@ -67,6 +69,7 @@ impl Law {
             return;
         }
         let Kind::Hypoelastic(plastic) = self.kind else { return };
+        let plastic = plastic.filter(|_| flows);
         let before = Memory::read(&old[MEMORY..]);
         let turned = turned(deformation);
         let missing = difference(&identity(), &deformation.span);

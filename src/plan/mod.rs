@@ -95,6 +95,7 @@ impl Plan {
             bonds: bonds.view(),
             displacement,
             workers,
+            flows: true,
             asked: None,
         }
     }

@@ -5,6 +5,7 @@ use super::setup::Built;
 use crate::error::{Error, Result};
 use crate::formulation::EnergyPart;
 use crate::memory;
+use crate::solver::time_step::StableStep;
 use crate::state::Ledger;
 use crate::workers::{Workers, block_count};
 
@@ -48,8 +49,13 @@ pub struct Health {
     pub bonds: u64,
     /// Bonds broken.
     pub broken_bonds: u64,
-    /// Last time step over the stable one; 0 before the first step.
+    /// Last time step over the stable one as it was last found; 0 before the first step. Near 1 the limit is near.
     pub time_step_ratio: f64,
+    /// The stable step as it was last found; 0 before that.
+    pub stable_time_step: f64,
+    /// Whether it was found from forces that have a potential, and is stable for small motions about the state it was
+    /// found at; else it is an estimate.
+    pub stable_step_is_guaranteed: bool,
     /// Smallest stretch of a bond that is not broken, 0 when none is compressed. Bonds pressed below
     /// about -0.3 are on their way to collapse, where their force turns over: the stable step
     /// promises nothing then.
@@ -193,7 +199,7 @@ impl Simulation {
     /// # Errors
     /// What building the families can fail with.
     pub fn health(&self) -> Result<Health> {
-        let Built { plan, bonds, workers, .. } = self.built()?;
+        let Built { plan, bonds, workers, stable_step, .. } = self.built()?;
         let mut isolated = PointReport { count: 0, first: None };
         let (mut detached, mut degenerate) = (isolated, isolated);
         let mut marks = memory::filled(0.0, plan.count(), "health")?;
@@ -223,12 +229,18 @@ impl Simulation {
                 smallest_stretch = stretch;
             }
         })?;
+        let known = stable_step.as_ref();
+        let stable_time_step = known.map_or(0.0, |known| known.step);
+        let last = self.state.last_time_step;
+        let time_step_ratio = if known.is_some() { last / stable_time_step } else { 0.0 };
         Ok(Health {
             isolated,
             detached,
             bonds,
             broken_bonds,
-            time_step_ratio: self.state.time_step_ratio,
+            time_step_ratio,
+            stable_time_step,
+            stable_step_is_guaranteed: known.is_some_and(|known| known.is_guaranteed),
             smallest_stretch,
             degenerate,
         })
@@ -251,9 +263,9 @@ impl Simulation {
             bonds: 0,
             state: self.state.bytes(),
         };
-        if let Some(Built { plan, bonds, next_intact, dissipated, scratch, partial, .. }) =
-            self.built.get()
-        {
+        if let Some(built) = self.built.get() {
+            let Built { plan, bonds, next_intact, dissipated, scratch, partial, .. } = built;
+            memory.state += built.stable_step.as_ref().map_or(0, StableStep::bytes);
             memory.points += plan.point_bytes();
             memory.bonds += plan.bond_bytes() + bonds.bytes() + memory::bytes(next_intact);
             memory.state += dissipated.iter().map(memory::bytes).sum::<usize>();

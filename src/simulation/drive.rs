@@ -7,7 +7,6 @@ use super::{LogLevel, Simulation};
 use crate::damage::Breaking;
 use crate::error::{Error, Result, argument};
 use crate::plan::Plan;
-use crate::solver::time_step;
 use crate::solver::verlet::VerletStep;
 use crate::state::State;
 use crate::workers::PerPoint;
@@ -30,8 +29,6 @@ pub struct Progress {
 #[derive(Debug)]
 pub struct Stepping {
     time_step: f64,
-    /// Time step over the stable one.
-    ratio: f64,
     done: u64,
     total: u64,
 }
@@ -145,39 +142,6 @@ impl Simulation {
         Ok(())
     }
 
-    /// A time step at which velocity Verlet is stable. For `bond_based` whatever bonds break or stretch: from
-    /// Gershgorin's bound on the largest frequency, less one percent; the true limit may be twice as large. It
-    /// is no promise for bonds pressed to a fraction of their length, whose force turns over as they
-    /// collapse: see the smallest stretch in [`Health`](super::Health). For the other formulations about 2.5 %
-    /// below the limit at the current displacement, found anew at each call at the cost of sixty forces:
-    /// ask again as bonds break or strains grow. The largest number there is, when no bond acts.
-    ///
-    /// # Errors
-    /// What building the families can fail with; [`Error::Numeric`](crate::Error::Numeric) when forces at the
-    /// current displacement are not finite.
-    pub fn stable_time_step(&mut self) -> Result<f64> {
-        self.find_stable_step(true)
-    }
-
-    /// With `anew` false one found before will do.
-    fn find_stable_step(&mut self, anew: bool) -> Result<f64> {
-        self.built()?;
-        let Self { state, built, .. } = self;
-        let Some(Built { workers, plan, bonds, stable_step, scratch, .. }) = built.get_mut() else {
-            return Ok(f64::MAX);
-        };
-        if let Some(known) = *stable_step
-            && (known.holds || !anew)
-        {
-            return Ok(known.step);
-        }
-        let displacement = &state.current.displacement;
-        let found = time_step::stable(plan, workers, bonds, displacement, scratch);
-        let found = stopped_by_law(plan).map_or(found, Err)?;
-        *stable_step = Some(found);
-        Ok(found.step)
-    }
-
     /// Makes `steps` velocity Verlet steps of `time_step`.
     ///
     /// # Errors
@@ -209,7 +173,7 @@ impl Simulation {
         mut progress: impl FnMut(&Self, Progress) -> ControlFlow<()>,
     ) -> Result<()> {
         let mut stepping = self.start_stepping(time_step, steps)?;
-        while let Some(made) = self.advance(&mut stepping, watched)? {
+        while let Some(made) = self.continue_stepping(&mut stepping, watched)? {
             if progress(self, made).is_break() {
                 return Err(stopped(made));
             }
@@ -217,7 +181,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Begins a run of steps that [`Simulation::advance`] makes, for hosts that need their simulation
+    /// Begins a run of steps that [`Simulation::continue_stepping`] makes, for hosts that need their simulation
     /// between the steps.
     ///
     /// # Errors
@@ -231,7 +195,7 @@ impl Simulation {
                 "'steps' is {steps}: the time would leave the range of numbers"
             ));
         }
-        let stable = self.find_stable_step(false)?;
+        let stable = self.current_stable_step()?;
         let ratio = time_step / stable;
         if ratio > LARGEST_RATIO {
             return argument(format!(
@@ -248,7 +212,7 @@ impl Simulation {
                 ),
             );
         }
-        Ok(Stepping { time_step, ratio, done: 0, total: steps })
+        Ok(Stepping { time_step, done: 0, total: steps })
     }
 
     /// Makes the next step of a run when `single`, else all of them. Gives where the run stands, `None`
@@ -256,28 +220,35 @@ impl Simulation {
     ///
     /// # Errors
     /// As [`Simulation::step`].
-    pub fn advance(&mut self, stepping: &mut Stepping, single: bool) -> Result<Option<Progress>> {
-        let Stepping { time_step, ratio, total, .. } = *stepping;
+    pub fn continue_stepping(
+        &mut self,
+        stepping: &mut Stepping,
+        single: bool,
+    ) -> Result<Option<Progress>> {
+        let Stepping { time_step, total, .. } = *stepping;
         if stepping.done == total {
             return Ok(None);
         }
-        self.evaluate()?;
-        self.open_ledger()?;
-        self.state.time_step_ratio = ratio;
+        self.prepare_steps()?;
         let steps = if single { 1 } else { total - stepping.done };
         for _ in 0..steps {
-            self.step_once(time_step)?;
+            self.step_once(time_step, self.state.time + time_step)?;
         }
         stepping.done += steps;
         Ok(Some(Progress { done: stepping.done, total, time: self.state.time }))
     }
 
-    /// One step, from a state whose acceleration is up to date. It is made aside and becomes current
+    /// What steps begin from: the acceleration is up to date, and the energy that is there is known.
+    pub(super) fn prepare_steps(&mut self) -> Result<()> {
+        self.evaluate()?;
+        self.open_ledger()
+    }
+
+    /// One step to the time `end`, from a state that is prepared. It is made aside and becomes current
     /// as a whole.
-    fn step_once(&mut self, time_step: f64) -> Result<()> {
+    pub(super) fn step_once(&mut self, time_step: f64, end: f64) -> Result<()> {
         let Self { state, conditions, built, points, .. } = self;
         let Some(built) = built.get_mut() else { return Ok(()) };
-        let end = state.time + time_step;
         conditions.ask_motion(state.time, time_step)?;
         if conditions.loads_vary() {
             conditions.ask_loads(end, built.plan.dimension, &mut state.next.load)?;
@@ -322,6 +293,7 @@ impl Simulation {
         state.ledger.work += work;
         state.time = end;
         state.steps += 1;
+        state.last_time_step = time_step;
         Ok(())
     }
 }

@@ -3,6 +3,7 @@
 //! Needs points and models, of which it keeps copies. Families are built once, when the first call
 //! needs them; until then set-up calls are kept as requests.
 
+mod advance;
 mod balance;
 mod drive;
 mod fields;
@@ -10,6 +11,7 @@ mod files;
 mod kinematics;
 mod operators;
 mod setup;
+mod stable_step;
 mod values;
 
 use std::sync::{Mutex, OnceLock};
@@ -23,6 +25,7 @@ use crate::plan::SceneRequests;
 use crate::points::Points;
 use crate::state::State;
 use crate::workers::{MOST_THREADS, Workers};
+pub use advance::{AdvanceOptions, Advancing, Report};
 pub use balance::{Energy, Health, Memory, PointReport};
 pub(crate) use drive::stopped;
 pub use drive::{Progress, Stepping};

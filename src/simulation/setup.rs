@@ -229,7 +229,9 @@ impl Simulation {
             bonds.take_back(kept);
             return Err(error);
         }
-        built.stable_step = None;
+        if let Some(known) = &mut built.stable_step {
+            known.is_stale = true;
+        }
         state.force_fresh = false;
         after.iter_mut().zip(&penalty).for_each(|(density, penalty)| *density += penalty);
         for (point, dissipated) in built.dissipated[0].iter_mut().enumerate() {
@@ -312,6 +314,7 @@ impl Simulation {
             bonds: bonds.view(),
             displacement: &[],
             workers,
+            flows: true,
             asked: None,
         })?;
         for request in damage.filter(|request| !is_notch(request)) {

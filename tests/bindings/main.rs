@@ -37,6 +37,7 @@ const SOURCES: &[&str] = &[
     "simulation/operators.rs",
     "simulation/views.rs",
     "simulation/drive.rs",
+    "simulation/advance.rs",
     "simulation/balance.rs",
     "simulation/files.rs",
 ];

@@ -26,6 +26,57 @@ static void steps_are_of_a_sensible_size(perion_simulation *simulation)
     scene_state_free(&state);
 }
 
+static void a_run_to_a_time_is_of_sensible_options(perion_simulation *simulation)
+{
+    static const double late[] = {NAN, INFINITY, -INFINITY, -1.0};
+    static const double shares[] = {-0.1, 1.000001, NAN, INFINITY, -INFINITY};
+    static const double lengths[] = {-1.0, -1e-300, NAN, -INFINITY};
+    static const int64_t counts[] = {-1, INT64_MIN};
+    perion_advance_options options;
+    perion_report report;
+    double time, until;
+    scene_state state;
+
+    EXPECT_OK(perion_simulation_time(simulation, &time));
+    until = time + scene_time_step;
+    state = state_of(simulation);
+    SEAL(report);
+    report.struct_size = sizeof report;
+    for (int k = 0; k < 4; ++k)
+        REFUSE(ARGUMENT, "until", perion_simulation_advance(simulation, time + late[k], NULL, &report));
+    for (int k = 0; k < 5; ++k) {
+        perion_advance_options_init(&options, sizeof(perion_advance_options));
+        options.safety = shares[k];
+        REFUSE(ARGUMENT, "safety", perion_simulation_advance(simulation, until, &options, &report));
+    }
+    for (int k = 0; k < 4; ++k) {
+        perion_advance_options_init(&options, sizeof(perion_advance_options));
+        options.largest_time_step = lengths[k];
+        REFUSE(ARGUMENT, "largest_time_step",
+               perion_simulation_advance(simulation, until, &options, &report));
+    }
+    for (int k = 0; k < 2; ++k) {
+        perion_advance_options_init(&options, sizeof(perion_advance_options));
+        options.interval = counts[k];
+        REFUSE(ARGUMENT, "interval", perion_simulation_advance(simulation, until, &options, &report));
+    }
+    options.struct_size = 0;
+    REFUSE(ARGUMENT, "struct_size of 'advance_options'",
+           perion_simulation_advance(simulation, until, &options, &report));
+    EXPECT_SEALED(report.steps);
+    report.struct_size = 7;
+    REFUSE(ARGUMENT, "struct_size of 'report'",
+           perion_simulation_advance(simulation, until, NULL, &report));
+    REFUSE(NULLED, "simulation", perion_simulation_advance(NULL, until, NULL, NULL));
+    REFUSE(ARGUMENT, "report",
+           perion_simulation_advance(simulation, until, NULL, MISALIGNED(perion_report)));
+    EXPECT_OK(perion_simulation_advance(simulation, time, NULL, NULL));
+    EXPECT(scene_is(&state, state_of(simulation)));
+    scene_state_free(&state);
+    perion_advance_options_init(NULL, sizeof(perion_advance_options));
+    perion_report_init(NULL, sizeof(perion_report));
+}
+
 static void clocks_are_finite(perion_simulation *simulation)
 {
     static const double bad[] = {NAN, INFINITY, -INFINITY};
@@ -214,6 +265,7 @@ void bad_drive(void)
     perion_simulation *simulation = bad_running();
 
     steps_are_of_a_sensible_size(simulation);
+    a_run_to_a_time_is_of_sensible_options(simulation);
     clocks_are_finite(simulation);
     a_clock_does_not_run_over(simulation);
     structs_know_their_size(simulation);

@@ -132,6 +132,14 @@ static perion_status step(perion_simulation *simulation)
     return perion_simulation_step(simulation, scene_time_step, 1);
 }
 
+static perion_status advance(perion_simulation *simulation)
+{
+    double time = 0.0;
+    perion_status status = perion_simulation_time(simulation, &time);
+
+    return status == PERION_OK ? perion_simulation_advance(simulation, time + scene_time_step, NULL, NULL) : status;
+}
+
 static perion_status set_time(perion_simulation *simulation)
 {
     return perion_simulation_set_time(simulation, 0.0);
@@ -166,6 +174,7 @@ const scene_call changing_calls[] = {
     {"commit", commit},
     {"stable_time_step", stable_time_step},
     {"step", step},
+    {"advance", advance},
     {"set_time", set_time},
     {"set_log", set_log},
     {"set_progress", set_progress},

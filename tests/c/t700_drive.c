@@ -30,6 +30,8 @@ typedef struct heard {
     int64_t done, total;
     double time;
     int calls;
+    /* Asks to stop at this call, if it is not 0. */
+    int stop;
 } heard;
 
 static int listen(void *user, int64_t done, int64_t total, double time)
@@ -39,13 +41,12 @@ static int listen(void *user, int64_t done, int64_t total, double time)
     notes->done = done;
     notes->total = total;
     notes->time = time;
-    ++notes->calls;
-    return 0;
+    return ++notes->calls == notes->stop;
 }
 
 static void progress_is_told_after_each_step(void)
 {
-    heard notes = {0, 0, 0.0, 0};
+    heard notes = {0, 0, 0.0, 0, 0};
     perion_simulation *watched = scene_simulation(), *alone = scene_simulation();
     scene_state result;
 
@@ -106,6 +107,47 @@ static void a_step_beyond_the_stable_one_is_warned_of(void)
     EXPECT_OK(perion_simulation_set_log(simulation, NULL, NULL));
     EXPECT_OK(perion_simulation_step(simulation, 2.0 * stable, 1));
     EXPECT_INT(notes.calls, 1);
+    EXPECT_OK(perion_simulation_destroy(&simulation));
+}
+
+static void a_run_lands_on_its_time(void)
+{
+    heard notes = {0, 0, 0.0, 0, 0};
+    perion_simulation *simulation = scene_simulation();
+    perion_advance_options options;
+    perion_health health;
+    perion_report report;
+    double stable = 0.0, time = 0.0;
+
+    scene_throw(simulation);
+    perion_health_init(&health, sizeof(perion_health));
+    perion_report_init(&report, sizeof(perion_report));
+    perion_advance_options_init(&options, sizeof(perion_advance_options));
+    EXPECT_OK(perion_simulation_stable_time_step(simulation, &stable));
+    EXPECT_OK(perion_simulation_set_progress(simulation, listen, &notes));
+    EXPECT_OK(perion_simulation_advance(simulation, 3.3 * stable, NULL, &report));
+    EXPECT_OK(perion_simulation_time(simulation, &time));
+    EXPECT_REAL(time, 3.3 * stable);
+    EXPECT_REAL(report.time, time);
+    EXPECT_INT(report.steps, notes.calls);
+    EXPECT_INT(notes.done, notes.total);
+    EXPECT(report.steps >= 5 && report.largest_time_step <= 0.8 * report.stable_time_step);
+    EXPECT(report.smallest_time_step > 0.0 && report.stable_time_step > 0.0);
+    EXPECT_OK(perion_simulation_health(simulation, &health));
+    EXPECT(health.time_step_ratio > 0.6 && health.time_step_ratio <= 0.8);
+    EXPECT_REAL(health.stable_time_step, report.stable_time_step);
+    EXPECT_INT(health.stable_step_is_guaranteed, 1);
+    options.safety = 1.0;
+    options.largest_time_step = 0.125 * stable;
+    EXPECT_OK(perion_simulation_advance(simulation, 4.3 * stable, &options, &report));
+    EXPECT(report.steps >= 8 && report.steps <= 9 && report.largest_time_step <= 0.125 * stable);
+    /* Stopped on its way, it tells how far it came. */
+    notes.stop = 2;
+    notes.calls = 0;
+    EXPECT_REFUSED(PERION_ERROR_INTERRUPTED, "progress", perion_simulation_advance(simulation, 9.0 * stable, NULL, &report));
+    EXPECT_INT(report.steps, 2);
+    EXPECT_OK(perion_simulation_time(simulation, &time));
+    EXPECT_REAL(report.time, time);
     EXPECT_OK(perion_simulation_destroy(&simulation));
 }
 
@@ -217,6 +259,7 @@ int main(void)
     a_free_body_flies_straight();
     progress_is_told_after_each_step();
     a_step_beyond_the_stable_one_is_warned_of();
+    a_run_lands_on_its_time();
     a_host_can_step_itself();
     energy_is_accounted_for();
     memory_grows_when_set_up_ends();

@@ -171,7 +171,7 @@ static void wherever_memory_ends_the_process_lives(void)
 {
     int short_of_memory = 0, enough = 0;
 
-    for (int k = 1; k <= 160; ++k) {
+    for (int k = 1; k <= 200; ++k) {
         int refused = live_within(k * (long long)MEGABYTE / 16);
         short_of_memory += refused > 0;
         enough += refused == 0;

@@ -16,6 +16,7 @@ contains
   subroutine test_drive()
     call run(file, 'evaluating breaks nothing and advances nothing', evaluate_is_pure)
     call run(file, 'a host that steps itself makes the same motion to the last bit', host_loop)
+    call run(file, 'a run lands on its time, in steps that are stable', run_to_a_time)
     call run(file, 'the clock is the host''s to set', clock)
     call run(file, 'nonsense is refused and changes nothing', nonsense_is_refused)
   end subroutine test_drive
@@ -97,6 +98,37 @@ contains
     call simulation%destroy()
     call twin%destroy()
   end subroutine host_loop
+
+  subroutine run_to_a_time()
+    real(c_double) :: stable, time
+    type(perion_advance_options) :: options
+    type(perion_report) :: report
+    type(perion_health) :: health
+    type(perion_simulation) :: simulation
+    type(perion_error), allocatable :: error
+
+    call make_plate(simulation, brittle=.false.)
+    call pull(simulation)
+    call simulation%stable_time_step(stable)
+    call simulation%advance(10 * stable)
+    call simulation%time(time)
+    call assert(same_bits(time, 10 * stable), 'it has not landed on its time')
+    options%largest_time_step = 0.25d0 * stable
+    call simulation%advance(12 * stable, options, report)
+    call assert(report%steps >= 8 .and. report%steps <= 9, 'not steps of a quarter')
+    call assert(report%largest_time_step <= options%largest_time_step, 'a step is too long')
+    call assert(same_bits(report%time, 12 * stable), 'the report tells another time')
+    call simulation%health(health)
+    call assert(health%stable_step_is_guaranteed == 1, 'the step is not guaranteed')
+    call assert(same_bits(health%stable_time_step, report%stable_time_step), 'two stable steps')
+    options%safety = 1.5d0
+    call simulation%advance(13 * stable, options, report, error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, "'safety' is 1.5")
+    call assert(report%steps >= 8, 'a refused call has changed the report')
+    call simulation%advance(11 * stable, error=error)
+    call assert_fails(error, PERION_ERROR_ARGUMENT, "'until' is")
+    call simulation%destroy()
+  end subroutine run_to_a_time
 
   subroutine clock()
     real(c_double) :: time

@@ -148,7 +148,7 @@ proptest! {
         prop_assert_eq!(simulation.step_count(), when);
         prop_assert_eq!(&state_bits(&simulation), &expected[when as usize]);
         let mut rest = simulation.start_stepping(step, STEPS - when).unwrap();
-        while simulation.advance(&mut rest, when % 2 == 0).unwrap().is_some() {}
+        while simulation.continue_stepping(&mut rest, when % 2 == 0).unwrap().is_some() {}
         prop_assert_eq!(&state_bits(&simulation), &expected[STEPS as usize]);
     }
 

@@ -123,13 +123,13 @@ fn squeezed(factor: f64) -> Simulation {
     simulation
 }
 
-/// Far beyond small strains the returned step still holds; what `health` tells of compressed bonds is
-/// where it stops to promise anything.
+/// Far beyond small strains half of the returned step holds, as its documentation says; what `health` tells of
+/// compressed bonds is where nothing is promised any more.
 #[test]
 fn a_block_stretched_or_squeezed_by_a_sixth_neither_gains_nor_loses_energy() {
     for factor in [0.85, 1.15] {
         let mut simulation = squeezed(factor);
-        let time_step = simulation.stable_time_step().unwrap();
+        let time_step = 0.5 * simulation.stable_time_step().unwrap();
         let start = simulation.energy().unwrap().elastic;
         for _ in 0..10 {
             simulation.step(time_step, 200).unwrap();

@@ -48,7 +48,7 @@ pub struct perion_health {
     pub bonds: i64,
     /// bonds broken
     pub broken_bonds: i64,
-    /// last time step over the stable one; 0 before the first step
+    /// last time step over the stable one as it was last found; 0 before the first step. Near 1 the limit is near
     pub time_step_ratio: f64,
     /// smallest stretch of a bond that is not broken, 0 when none is compressed; below about -0.3 bonds
     /// are on their way to collapse, and the stable step promises nothing
@@ -59,6 +59,11 @@ pub struct perion_health {
     pub degenerate_points: i64,
     /// the first of them, -1 for none
     pub first_degenerate_point: i64,
+    /// the stable step as it was last found; 0 before that
+    pub stable_time_step: f64,
+    /// 1 where it was found from forces that have a potential, and is stable for small motions about the state it
+    /// was found at; 0 where it is an estimate
+    pub stable_step_is_guaranteed: i64,
 }
 
 /// Heap bytes that a simulation holds. Let perion_memory_init set struct_size.
@@ -163,6 +168,8 @@ pub unsafe extern "C" fn perion_simulation_health(
                 smallest_stretch: known.smallest_stretch,
                 degenerate_points: known.degenerate.count as i64,
                 first_degenerate_point: first(known.degenerate),
+                stable_time_step: known.stable_time_step,
+                stable_step_is_guaranteed: i64::from(known.stable_step_is_guaranteed),
             };
             sized::write(health, &value, "health")
         }

@@ -4,10 +4,10 @@ use std::ffi::{CString, c_char, c_int, c_void};
 
 use super::setup::{Hosted, change, look_back, perion_simulation};
 use crate::ffi::arguments::{convert, output};
-use crate::ffi::guard::{User, call_host, guard};
+use crate::ffi::guard::{Failure, User, call_host, guard};
 use crate::ffi::handle::{self, Session};
 use crate::ffi::status::perion_status;
-use crate::simulation::{LogLevel, stopped};
+use crate::simulation::{LogLevel, Progress, Simulation, stopped};
 
 /// Told after each step: `done` of `total` steps of this run, and the time. It runs on the calling
 /// thread with the host's floating-point environment; it must not throw or jump out. It may make const
@@ -70,14 +70,19 @@ pub unsafe extern "C" fn perion_simulation_commit(
     })
 }
 
-/// A time step at which step() is stable. For bond_based whatever bonds break or stretch; the true limit may
-/// be up to twice as large. For the other formulations about 2.5 % below the limit at the current
-/// displacement, found anew at each call at the cost of sixty forces: ask again as bonds break or strains
-/// grow. It promises nothing for bonds pressed to a fraction of their length: see smallest_stretch of
-/// perion_health. DBL_MAX where no bond acts. Leaves the state as it is; ends set-up.
+/// A time step at which step() is stable near the current displacement, with bonds as they are: 2 over the largest
+/// frequency of the forces as they are linear there, less a margin: 2 to 5 percent below the limit. Materials that flow
+/// count with their elastic stiffness. DBL_MAX where no bond acts. Leaves the state as it is; ends set-up.
+///
+/// It costs up to sixty forces, and ten when nothing has changed since it was last asked for than that a few bonds have
+/// broken. Strains, turns and damage change it: ask again as they grow, or take a part of it (0.8; half of it where
+/// bonds stretch by a tenth and more), or let perion_simulation_advance see to it. It promises nothing for bonds
+/// pressed to a fraction of their length: see smallest_stretch of perion_health. Where forces have no potential (strong
+/// forms, deformed bonds, literal forces, laws with memory and those of the host) it follows from the eigenvalue of the
+/// largest size and is no guarantee: see stable_step_is_guaranteed of perion_health.
 ///
 /// ERROR_ARGUMENT: the horizon reaches no neighbour. ERROR_NUMERIC: forces at the current displacement are
-/// not finite. ERROR_MEMORY. Since 0.1.
+/// not finite, or no step is stable. ERROR_INTERRUPTED: a function stopped. ERROR_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn perion_simulation_stable_time_step(
     simulation: *mut perion_simulation,
@@ -112,23 +117,32 @@ pub unsafe extern "C" fn perion_simulation_step(
         let steps = convert(steps, "steps")? as u64;
         // SAFETY: the header's contract.
         let mut session = unsafe { Session::begin(simulation) }?;
-        let begin = |hosted: &mut Hosted| {
-            Ok((hosted.free()?.start_stepping(time_step, steps)?, hosted.watcher))
-        };
-        let (mut stepping, watcher) = session.with_mut(begin)?;
-        let mut advance =
-            |hosted: &mut Hosted| Ok(hosted.free()?.advance(&mut stepping, watcher.is_some())?);
-        while let Some(made) = session.with_mut(&mut advance)? {
-            let Some(Watcher { function, user }) = watcher else { continue };
-            let (done, total) = (made.done as i64, made.total as i64);
-            // SAFETY: the host's promise for its callback.
-            let call = || unsafe { function(user.0, done, total, made.time) };
-            if session.while_shared(|| call_host(call))? != 0 {
-                return Err(stopped(made).into());
-            }
-        }
-        Ok(())
+        let begin = |free: &mut Simulation| free.start_stepping(time_step, steps);
+        let mut stepping = session.with_mut(|hosted| Ok(begin(hosted.free()?)?))?;
+        run(&mut session, |simulation, single| simulation.continue_stepping(&mut stepping, single))
     })
+}
+
+/// Goes on until there is nothing more to do; `go_on` makes one step if it is told so. Between steps the host's
+/// progress callback has the simulation to look at.
+pub(super) fn run(
+    session: &mut Session<perion_simulation>,
+    mut go_on: impl FnMut(&mut Simulation, bool) -> crate::error::Result<Option<Progress>>,
+) -> Result<(), Failure> {
+    let mut once = |hosted: &mut Hosted| {
+        let watcher = hosted.watcher;
+        Ok((go_on(hosted.free()?, watcher.is_some())?, watcher))
+    };
+    while let (Some(made), watcher) = session.with_mut(&mut once)? {
+        let Some(Watcher { function, user }) = watcher else { continue };
+        let (done, total) = (made.done as i64, made.total as i64);
+        // SAFETY: the host's promise for its callback.
+        let call = || unsafe { function(user.0, done, total, made.time) };
+        if session.while_shared(|| call_host(call))? != 0 {
+            return Err(stopped(made).into());
+        }
+    }
+    Ok(())
 }
 
 /// Sets the callback that step() tells of its progress, NULL for none; `user` is handed back to it.

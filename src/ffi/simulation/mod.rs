@@ -1,5 +1,6 @@
 //! Simulations in C.
 
+pub mod advance;
 pub mod balance;
 pub mod bonds;
 pub mod conditions;

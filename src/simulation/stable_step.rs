@@ -1,0 +1,81 @@
+//! The stable step of a simulation: found when asked for, and kept for what compares with it.
+
+use super::Simulation;
+use super::drive::stopped_by_law;
+use super::setup::Built;
+use crate::error::{Error, Result};
+use crate::solver::time_step::StableStep;
+
+/// Steps after which `step` looks whether damage has changed the stable one.
+const LOOKS_AFTER: u64 = 100;
+
+impl Simulation {
+    /// A time step at which velocity Verlet is stable near the current displacement, with bonds as they are: 2 over the
+    /// largest frequency of the forces as they are linear there, less a margin: 2 to 5 percent below the limit. Materials
+    /// that flow count with their elastic stiffness. The largest number there is, where no bond acts.
+    ///
+    /// It costs up to sixty forces, and ten when nothing has changed since it was last asked for than that a few bonds
+    /// have broken. Strains, turns of bonds and damage change it: ask again as they grow, or take a part of it (0.8;
+    /// half of it where bonds stretch by a tenth and more), or let [`Simulation::advance`] see to it. It promises
+    /// nothing for bonds pressed to a fraction of their length: see the smallest stretch in [`Health`](super::Health).
+    ///
+    /// Where forces have no potential (strong forms, deformed bonds, literal forces, laws with memory and those of the
+    /// host) it follows from the eigenvalue of the largest size, and is no guarantee:
+    /// [`Health::stable_step_is_guaranteed`](super::Health::stable_step_is_guaranteed) says so.
+    ///
+    /// # Errors
+    /// What building the families can fail with; `Numeric` when forces at the current displacement are not finite, or
+    /// when no step is stable: the largest eigenvalue is not real and positive, and motions grow whatever the step.
+    pub fn stable_time_step(&mut self) -> Result<f64> {
+        let near = |built: &Built| {
+            built.stable_step.as_ref().is_some_and(|known| known.is_near(&built.bonds))
+        };
+        let again = near(self.built()?);
+        self.find_stable_step(again)?;
+        self.stable_step_if_any()
+    }
+
+    /// The stable step as it was last found, unless no step is.
+    pub(super) fn stable_step_if_any(&self) -> Result<f64> {
+        let Some(known) = &self.built()?.stable_step else { return Ok(f64::MAX) };
+        match known.unstable {
+            None => Ok(known.step),
+            Some([real, imaginary]) => Err(Error::Numeric(format!(
+                "no time step is stable: forces have no potential here, and the eigenvalue of the largest size of \
+                 their slope is {real:.3e} {imaginary:+.3e} i, not the square of a frequency, so that motions grow at \
+                 any step"
+            ))),
+        }
+    }
+
+    /// Finds the stable step, going on from the one that is known if `again`.
+    pub(super) fn find_stable_step(&mut self, again: bool) -> Result<()> {
+        self.built()?;
+        let Self { state, built, .. } = self;
+        let Some(Built { workers, plan, bonds, stable_step, scratch, .. }) = built.get_mut() else {
+            return Ok(());
+        };
+        let displacement = &state.current.displacement;
+        let before = (stable_step.as_ref().filter(|_| again), state.steps);
+        let found = StableStep::find(plan, workers, bonds, displacement, scratch, before);
+        *stable_step = Some(stopped_by_law(plan).map_or(found, Err)?);
+        Ok(())
+    }
+
+    /// The stable step for steps to be compared with: found anew when the host or, a while ago, the rule has broken
+    /// bonds.
+    pub(super) fn current_stable_step(&mut self) -> Result<f64> {
+        let steps = self.state.steps;
+        let built = self.built()?;
+        let is_good = built.stable_step.as_ref().is_some_and(|known| {
+            let is_old = built.plan.formulation.stiffens_by_damage()
+                && steps >= known.found_at + LOOKS_AFTER
+                && known.is_of_more_bonds(&built.bonds);
+            !known.is_stale && !is_old
+        });
+        if !is_good {
+            self.find_stable_step(built.stable_step.is_some())?;
+        }
+        Ok(self.built()?.stable_step.as_ref().map_or(f64::MAX, |known| known.step))
+    }
+}
