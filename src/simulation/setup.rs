@@ -202,7 +202,14 @@ impl Simulation {
             return memory::push(&mut self.bond_requests, request, "requests");
         }
         self.close_ledger()?;
-        let before = self.built()?.elastic_energy_density(&self.state.current.displacement)?;
+        let (built, displacement) = (self.built()?, &self.state.current.displacement);
+        let before = built.elastic_energy_density(displacement)?;
+        // What flow has dissipated at a bond stays dissipated when the bond goes.
+        let remembers = !built.bonds.records.is_empty();
+        let flowed_before = match remembers {
+            true => built.energy_density(displacement, EnergyPart::Plastic)?,
+            false => Vec::new(),
+        };
         if let Some(place) = before.iter().position(|energy| !energy.is_finite()) {
             return Err(Error::Numeric(format!(
                 "the strain energy of point {} is not finite, so that breaking its bonds cannot be \
@@ -215,6 +222,7 @@ impl Simulation {
         // Asked for before anything changes: the memory that is needed afterwards.
         let mut after = memory::filled(0.0, before.len(), "energy")?;
         let mut penalty = memory::filled(0.0, before.len(), "energy")?;
+        let mut flowed = memory::filled(0.0, flowed_before.len(), "energy")?;
         let kept = built.bonds.kept_for_a_stop()?;
         let warning = built.carry_out(&request, &points.order().centre)?;
         // What the bonds held is dissipated; what the host adds by raising an integrity is given.
@@ -224,6 +232,9 @@ impl Simulation {
             [(&mut after, EnergyPart::Strain), (&mut penalty, EnergyPart::Stabilization)]
         {
             plan.formulation.energy_density(&scene, scratch, density, part);
+        }
+        if remembers {
+            plan.formulation.energy_density(&scene, scratch, &mut flowed, EnergyPart::Plastic);
         }
         if let Some(error) = stopped_by_law(plan) {
             bonds.take_back(kept);
@@ -236,6 +247,11 @@ impl Simulation {
         after.iter_mut().zip(&penalty).for_each(|(density, penalty)| *density += penalty);
         for (point, dissipated) in built.dissipated[0].iter_mut().enumerate() {
             *dissipated += (before[point] - after[point]).max(0.0);
+        }
+        for (dissipated, (was, is)) in
+            built.dissipated[0].iter_mut().zip(flowed_before.iter().zip(&flowed))
+        {
+            *dissipated += was - is;
         }
         if let Some(text) = warning {
             self.tell(LogLevel::Warning, &text);

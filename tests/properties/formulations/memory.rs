@@ -58,6 +58,30 @@ fn plastic_flow_is_in_the_balance_of_energy() {
 }
 
 #[test]
+fn what_flow_has_dissipated_stays_so_where_the_host_breaks_bonds() {
+    for body in bodies().iter().take(4) {
+        for form in laws(body.scene.dimension) {
+            let mut simulation = plastic(body, form);
+            shake(body, &mut simulation, 0.02);
+            let before = simulation.energy().unwrap();
+            assert!(before.plastic > 0.0);
+            let mut pairs = Vec::new();
+            simulation.for_each_bond(|pair, ..| pairs.push(pair)).unwrap();
+            let some: Vec<_> = pairs.into_iter().step_by(7).collect();
+            simulation.break_bonds(&some).unwrap();
+            let after = simulation.energy().unwrap();
+            // What points hold less is lost, and what they hold more was given.
+            let lost = (before.elastic - after.elastic).max(0.0);
+            let more = after.dissipated - before.dissipated;
+            assert!(
+                more >= lost * (1.0 - 1e-9) - 1e-12 * before.dissipated,
+                "{form:?} {more} {lost}"
+            );
+        }
+    }
+}
+
+#[test]
 fn momentum_and_its_moment_are_kept_while_material_flows() {
     for body in bodies().iter().take(6) {
         for form in laws(body.scene.dimension) {
