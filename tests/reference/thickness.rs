@@ -42,6 +42,8 @@ fn forces_and_energies_per_volume_do_not_depend_on_thickness() {
                 assert_close(field.name(), &found, &expected, tolerance);
             }
             let (found, expected) = (thick.stable_time_step(), thin.stable_time_step());
+            // From differences of forces: rounding over a move of 1e-6, where the thickness rounds at all.
+            let tolerance = if tolerance == 0.0 { 0.0 } else { 1e-9 };
             assert_near("stable step", found.unwrap(), expected.unwrap(), tolerance);
         }
     }

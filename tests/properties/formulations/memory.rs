@@ -66,7 +66,7 @@ fn what_flow_has_dissipated_stays_so_where_the_host_breaks_bonds() {
             let before = simulation.energy().unwrap();
             assert!(before.plastic > 0.0);
             let mut pairs = Vec::new();
-            simulation.for_each_bond(|pair, ..| pairs.push(pair)).unwrap();
+            simulation.for_each_bond(|pair, _, _| pairs.push(pair)).unwrap();
             let some: Vec<_> = pairs.into_iter().step_by(7).collect();
             simulation.break_bonds(&some).unwrap();
             let after = simulation.energy().unwrap();
