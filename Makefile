@@ -28,7 +28,7 @@ BUILD := $(CARGO) build --release --target-dir "$(TARGET)"
 # A library for another machine is cargo's own business.
 unexport CARGO_BUILD_TARGET
 
-.PHONY: all library demo examples test install uninstall bench bindings clean
+.PHONY: all library demo examples test test-long install uninstall bench bindings clean
 
 all: library
 	@echo "built: $(LIB)/libperion.so"
@@ -58,6 +58,10 @@ examples: library
 # Everything: style, unit tests, reference numbers, properties, C, Fortran, installation, README.
 test: library
 	@CARGO="$(CARGO)" TARGET="$(TARGET)" sh scripts/test.sh
+
+# What takes too long for every day; docs tell what it last gave.
+test-long:
+	$(CARGO) test --release --test stable_step -- --ignored --nocapture
 
 # Installs what is built, and builds what is not or is older than its sources: as root, run make first as yourself.
 INSTALLATION = MAKE="$(MAKE)" CARGO="$(CARGO)" LIB="$(LIB)" VERSION="$(VERSION)" ABI="$(ABI)" \

@@ -114,6 +114,29 @@ fn it_follows_damage() {
     );
 }
 
+/// Bonds that the rule breaks change the stable step; `step` looks at it again after a while, and `health` tells.
+#[test]
+fn steps_of_the_host_are_compared_with_the_body_as_it_is() {
+    let mut model = case("correspondence", CONSTANT, &[]).model(3.015);
+    model.set("critical_stretch", 0.02).unwrap();
+    let mut plate = Simulation::new(&crate::body::lattice([10, 6, 3]), &model).unwrap();
+    let mut velocity = plate.get(Field::ReferencePosition).unwrap();
+    velocity.chunks_exact_mut(3).for_each(|point| {
+        let side = (point[0] - 5.0).signum();
+        point.copy_from_slice(&[0.02 * side, 0.0, 0.0]);
+    });
+    plate.set(Field::Velocity, &velocity).unwrap();
+    let step = 0.2 * plate.stable_time_step().unwrap();
+    let whole = plate.health().unwrap().stable_time_step;
+    for _ in 0..3 {
+        plate.step(step, 60).unwrap();
+    }
+    let health = plate.health().unwrap();
+    assert!(health.broken_bonds > 100, "{health:?}");
+    assert!((health.stable_time_step / whole - 1.0).abs() > 0.01, "{health:?} {whole}");
+    assert!((health.time_step_ratio * health.stable_time_step / step - 1.0).abs() < 1e-14);
+}
+
 #[test]
 fn what_is_wrong_is_refused_and_changes_nothing() {
     let mut block = moving(SPINNING, 1e-3);

@@ -2,7 +2,7 @@
 
 use perion::{Field, Simulation};
 
-use crate::body::{Case, SPLINE, VARIATIONAL, noise, some_bonds};
+use crate::body::{CONSTANT, Case, INVERSE, SPLINE, VARIATIONAL, noise, some_bonds};
 
 /// What Verlet keeps in place of the energy: KE + SE - dt^2/8 sum V |b|^2/rho, for points of unit volume and density.
 fn conserved(simulation: &mut Simulation, time_step: f64) -> f64 {
@@ -58,12 +58,37 @@ fn of_blocks_whole_and_damaged() {
 
 #[test]
 fn of_thin_plates() {
-    let few = |case: &Case| case.formulation != "bond_associated" && case.texts == SPLINE;
-    for case in VARIATIONAL.into_iter().filter(|case| few(case) || case.formulation == "bond_based")
-    {
+    let few = |case: &Case| case.texts == SPLINE || case.formulation == "bond_based";
+    for case in VARIATIONAL.into_iter().filter(few) {
         for layers in 1..4 {
             let mut plate = case.body([7, 6, layers], 3.015);
             is_kept(case, &mut plate, &format!("{layers} layers"));
+        }
+    }
+}
+
+/// `make test-long`: each formulation with each influence function, as a block, damaged, and as plates.
+#[test]
+#[ignore = "takes minutes"]
+fn of_every_kernel() {
+    const CONICAL: &[(&str, &str)] = &[("influence", "conical")];
+    for case in VARIATIONAL.into_iter().filter(|case| !case.flows()) {
+        for texts in [CONSTANT, INVERSE, CONICAL, SPLINE] {
+            let takes_none = ["bond_based", "madenci_oterkus"].contains(&case.formulation);
+            if takes_none && texts != CONSTANT {
+                continue;
+            }
+            let case = if takes_none { case } else { Case { texts, ..case } };
+            let counts = if case.formulation == "bond_associated" { [4, 3, 3] } else { [6, 5, 4] };
+            let mut block = case.body(counts, 3.015);
+            is_kept(case, &mut block, "whole");
+            block.break_bonds(&some_bonds(&block, 0.3, 3)).unwrap();
+            is_kept(case, &mut block, "30 % of the bonds broken");
+            for layers in 1..4 {
+                let counts = if case.formulation == "bond_associated" { 4 } else { 7 };
+                let mut plate = case.body([counts, counts - 1, layers], 3.015);
+                is_kept(case, &mut plate, &format!("{layers} layers"));
+            }
         }
     }
 }
