@@ -27,6 +27,7 @@ pub(crate) use operators::{Derivative, ShapeTensor, differentiate, shape_tensors
 use crate::damage::{BondsView, Breaking};
 use crate::error::{Error, Result};
 use crate::families::{Families, Place, Property};
+use crate::kernel::simd::SimdLevel;
 use crate::model::Model;
 use crate::suggest;
 use crate::workers::Workers;
@@ -119,6 +120,7 @@ pub(crate) struct Scene<'a> {
     /// `dimension` numbers a point.
     pub(crate) displacement: &'a [f64],
     pub(crate) workers: &'a Workers,
+    pub(crate) simd: SimdLevel,
     /// Answers of laws with memory at this displacement, once they have been asked.
     pub(crate) asked: Option<Asked<'a>>,
 }
