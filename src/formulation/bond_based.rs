@@ -306,8 +306,8 @@ impl BondLaw for Alike<'_> {
         self.bond_constant
     }
     #[inline(always)]
-    fn stiffen<S: Simd>(&self, _: S, _: &Part<'_>, weight: S::Lanes) -> S::Lanes {
-        weight
+    fn weight<S: Simd>(&self, _: S, _: &Part<'_>, inverse: S::Lanes, volume: S::Lanes) -> S::Lanes {
+        inverse * volume
     }
     #[inline(always)]
     fn threshold<S: Simd>(&self, simd: S, _: &Part<'_>) -> S::Lanes {
@@ -385,8 +385,14 @@ impl BondLaw for Various<'_> {
         1.0
     }
     #[inline(always)]
-    fn stiffen<S: Simd>(&self, simd: S, part: &Part<'_>, weight: S::Lanes) -> S::Lanes {
-        weight * simd.each(|lane| self.stiffness(part.point, part.bond(lane)))
+    fn weight<S: Simd>(
+        &self,
+        simd: S,
+        part: &Part<'_>,
+        inverse: S::Lanes,
+        volume: S::Lanes,
+    ) -> S::Lanes {
+        inverse * volume * simd.each(|lane| self.stiffness(part.point, part.bond(lane)))
     }
     #[inline(always)]
     fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes {
@@ -452,7 +458,10 @@ fn records_of<'a, const D: usize>(scene: &Scene<'_>, scratch: &'a mut [f64]) -> 
         for (record, point) in records.0.iter_mut().zip(range) {
             *record = [0.0; 8];
             record[..4].copy_from_slice(&scene.places[point]);
-            record[4..4 + D].copy_from_slice(&shifts[point]);
+            for (axis, shift) in shifts[point].iter().enumerate() {
+                record[axis] += 0.5 * shift;
+                record[4 + axis] = 2.0 * shift;
+            }
         }
     });
     records

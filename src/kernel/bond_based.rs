@@ -1,15 +1,18 @@
 //! The bond-based sweep over blocks of bonds: forces, and which bonds break. [P 3.8-3.11]
 //!
-//! With xi the bond's reference vector, y = xi + du, L = |xi|, l = |y| and z = du.(xi + y)/L^2 = (l/L)^2 - 1, the
-//! force on i is the sum of c d V_j (1/L - 1/l) y = c d V_j/L g(z) y, where g is [`Lanes::shortfall`]: exactly zero where
-//! the ends move alike, and without the cancellation of l - L. A stretch beyond s is a z beyond s (2 + s).
+//! With xi the bond's reference vector, y = xi + du, L = |xi| and l = |y|, the force on i is the sum of
+//! c d V_j (1/L - 1/l) y = c d V_j/L (1 - L/l) y, and of (l/L)^2 = 1 + z with z = du.(xi + y)/L^2 one root is enough. z is exactly
+//! 0 where the ends move alike, and without the cancellation of l^2 - L^2. With the middle m = xi + du/2 of both states,
+//! xi + y = 2 m and y = m + du/2.
+//!
+//! The latency of a bond is some hundred cycles: while one part's root is taken, the next one's places are fetched.
 
 use std::ops::Range;
 
-use super::simd::{Kernel, Lanes, Mask, Simd};
+use super::simd::{Kernel, Lanes, Mask, Simd, prefetch};
 use crate::families::{Bond, Families, LANES};
 
-/// A point where it is: place, volume and displacement, in a line of the cache.
+/// A point in a line of the cache: x + u/2, V, 2 u and a number that does not matter.
 pub(crate) type Record = [f64; 8];
 
 /// What the sweep reads.
@@ -24,8 +27,11 @@ pub(crate) struct Cloud<'a> {
 impl<'a> Cloud<'a> {
     /// Panics when there is not a record a point and a mask a block.
     pub(crate) fn new(families: &'a Families, records: &'a [Record], intact: &'a [u8]) -> Self {
-        assert_eq!(records.len() + 1, families.offsets.len());
-        assert_eq!(intact.len(), families.block_count());
+        let Families { offsets, neighbors, inverse_lengths, .. } = families;
+        assert_eq!(records.len() + 1, offsets.len());
+        assert_eq!(offsets[records.len()] as usize, intact.len());
+        assert_eq!(neighbors.len(), intact.len() * LANES);
+        assert_eq!(inverse_lengths.len(), intact.len() * LANES);
         Self { families, records, intact }
     }
 }
@@ -37,7 +43,8 @@ pub(crate) struct Part<'a> {
     /// Where the first of them stands among all lanes.
     pub(crate) slot: usize,
     pub(crate) neighbors: &'a [u32],
-    pub(crate) lengths: &'a [f64],
+    /// 1/L
+    pub(crate) inverses: &'a [f64],
 }
 
 impl Part<'_> {
@@ -46,7 +53,7 @@ impl Part<'_> {
         Bond {
             slot: self.slot + lane,
             neighbor: self.neighbors[lane] as usize,
-            length: self.lengths[lane],
+            length: self.inverses[lane].recip(),
         }
     }
 }
@@ -55,8 +62,14 @@ impl Part<'_> {
 pub(crate) trait BondLaw: Copy + Sync {
     /// What all forces are multiplied with.
     fn factor(&self) -> f64;
-    /// Weights of bonds, each times what else its stiffness has.
-    fn stiffen<S: Simd>(&self, simd: S, part: &Part<'_>, weight: S::Lanes) -> S::Lanes;
+    /// V_j/L of bonds with the inverse lengths and volumes given, each times what else its stiffness has.
+    fn weight<S: Simd>(
+        &self,
+        simd: S,
+        part: &Part<'_>,
+        inverse: S::Lanes,
+        volume: S::Lanes,
+    ) -> S::Lanes;
     /// (l/L)^2 - 1 beyond which a bond breaks.
     fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes;
     /// Lanes of a block that may break.
@@ -78,19 +91,72 @@ impl<L: BondLaw, const D: usize> Kernel for ForceSweep<'_, L, D> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Option<usize> {
-        let Self { cloud, law, range, force, mut remaining } = self;
+        let Self { cloud, law, range, force, remaining } = self;
+        let pulls = Pulls { simd, cloud, law };
+        match remaining {
+            Some(remaining) => pulls.sum_up::<true, D>(range, force, remaining),
+            None => pulls.sum_up::<false, D>(range, force, &mut []),
+        }
+    }
+}
+
+/// What the loops over points and parts share.
+#[derive(Clone, Copy)]
+struct Pulls<'a, S, L> {
+    simd: S,
+    cloud: Cloud<'a>,
+    law: L,
+}
+
+/// Bonds at a displacement.
+#[derive(Clone, Copy)]
+struct Pulled<F, const D: usize> {
+    /// y
+    bond: [F; D],
+    /// (l/L)^2 - 1
+    change: F,
+    /// V_j/L, and what else their stiffness has.
+    weight: F,
+}
+
+/// Blocks that are asked for ahead of their turn.
+const AHEAD: usize = 16;
+
+impl<'a, S: Simd, L: BondLaw> Pulls<'a, S, L> {
+    /// Forces on the points of a range. With `BREAK` the masks of its blocks, without the bonds beyond their threshold,
+    /// are left in `remaining`.
+    #[inline(always)]
+    fn sum_up<const BREAK: bool, const D: usize>(
+        self,
+        range: Range<usize>,
+        force: &mut [f64],
+        remaining: &mut [u8],
+    ) -> Option<usize> {
+        let Self { simd, cloud, law } = self;
+        let offsets = &cloud.families.offsets;
+        let first = offsets[range.start] as usize;
+        if BREAK {
+            remaining.copy_from_slice(&cloud.intact[first..offsets[range.end] as usize]);
+        }
         let (forces, _) = force.as_chunks_mut::<D>();
-        let first = cloud.families.offsets[range.start] as usize;
         let mut bad = None;
         for (force, point) in forces.iter_mut().zip(range) {
+            let own = cloud.records[point].map(|number| simd.splat(number));
+            let slots = offsets[point] as usize * LANES..offsets[point + 1] as usize * LANES;
             let mut sum = [simd.splat(0.0); D];
-            for block in cloud.families.blocks(point) {
-                let mask = cloud.intact[block];
-                if let Some(remaining) = &mut remaining {
-                    remaining[block - first] =
-                        cloud.pull::<S, true, D>(simd, law, point, block, mask, &mut sum);
-                } else {
-                    cloud.pull::<S, false, D>(simd, law, point, block, mask, &mut sum);
+            if !slots.is_empty() {
+                let mut pulled = self.stretch(point, slots.start, &own);
+                for slot in (slots.start + S::WIDTH..slots.end).step_by(S::WIDTH) {
+                    let next = self.stretch(point, slot, &own);
+                    let broken = self.pull::<BREAK, D>(point, slot - S::WIDTH, pulled, &mut sum);
+                    if broken != 0 {
+                        remaining[(slot - S::WIDTH) / LANES - first] &= !broken;
+                    }
+                    pulled = next;
+                }
+                let broken = self.pull::<BREAK, D>(point, slots.end - S::WIDTH, pulled, &mut sum);
+                if broken != 0 {
+                    remaining[(slots.end - S::WIDTH) / LANES - first] &= !broken;
                 }
             }
             *force = sum.map(|sum| law.factor() * sum.total());
@@ -100,60 +166,83 @@ impl<L: BondLaw, const D: usize> Kernel for ForceSweep<'_, L, D> {
         }
         bad
     }
-}
 
-impl Cloud<'_> {
-    /// Adds the pull of a block's bonds to the sum. Gives the mask of those that remain.
+    /// Adds the forces of bonds that stand from a slot on to the sum. With `BREAK`, gives those of them that break, as
+    /// bits of their block.
     #[inline(always)]
-    fn pull<S: Simd, const BREAK: bool, const D: usize>(
+    fn pull<const BREAK: bool, const D: usize>(
         &self,
-        simd: S,
-        law: impl BondLaw,
         point: usize,
-        block: usize,
-        mut mask: u8,
+        slot: usize,
+        pulled: Pulled<S::Lanes, D>,
         sum: &mut [S::Lanes; D],
     ) -> u8 {
-        if mask == 0 {
-            return 0;
-        }
-        let own = self.records[point];
-        let lanes = block * LANES..(block + 1) * LANES;
-        let neighbors = &self.families.neighbors[lanes.clone()];
-        let lengths = &self.families.lengths[lanes.clone()];
-        for first in (0..LANES).step_by(S::WIDTH) {
-            let end = first + S::WIDTH;
-            let (neighbors, lengths) = (&neighbors[first..end], &lengths[first..end]);
-            let part = Part { point, slot: lanes.start + first, neighbors, lengths };
-            // SAFETY: the search makes neighbours of points of the body alone, and each has a record.
-            let [x, y, z, volume] = unsafe { simd.columns(self.records, 0, neighbors) };
-            // SAFETY: as above.
-            let [u, v, w, _] = unsafe { simd.columns(self.records, 4, neighbors) };
-            let (places, shifts) = ([x, y, z], [u, v, w]);
-            let mut change = simd.splat(0.0);
-            let mut bond = [change; D];
-            for axis in 0..D {
-                let reference = places[axis] - simd.splat(own[axis]);
-                let shift = shifts[axis] - simd.splat(own[4 + axis]);
-                bond[axis] = reference + shift;
-                change = shift.mul_add(reference + bond[axis], change);
-            }
-            let inverse = simd.load(lengths).reciprocal();
-            change = change * (inverse * inverse);
-            if BREAK {
-                let beyond = change.above(law.threshold(simd, &part)).bits() << first & mask;
-                if beyond != 0 {
-                    // What is beyond all numbers shall be noticed, and not break.
-                    let finite = simd.splat(f64::INFINITY).above(change).bits() << first;
-                    mask &= !(beyond & finite & law.breakable(block));
-                }
-            }
-            let weight = law.stiffen(simd, &part, inverse * volume) * change.shortfall();
-            let weight = weight.only(simd.mask(mask >> first));
-            for axis in 0..D {
-                sum[axis] = weight.mul_add(bond[axis], sum[axis]);
+        let Self { simd, cloud, law } = *self;
+        let (block, lane) = (slot / LANES, slot % LANES);
+        debug_assert!(block < cloud.intact.len());
+        // SAFETY: there is a mask for each block of the lists.
+        let mut bits = unsafe { *cloud.intact.get_unchecked(block) } >> lane;
+        let mut broken = 0;
+        if BREAK {
+            let threshold = law.threshold(simd, &self.part(point, slot));
+            let beyond = pulled.change.above(threshold).bits() & bits;
+            if beyond != 0 {
+                // What is beyond all numbers shall be noticed, and not break.
+                let finite = simd.splat(f64::INFINITY).above(pulled.change).bits();
+                broken = beyond & finite & law.breakable(block) >> lane;
+                bits &= !broken;
             }
         }
-        mask
+        let weight = (pulled.weight * pulled.change.shortfall()).only(simd.mask(bits));
+        for axis in 0..D {
+            sum[axis] = weight.mul_add(pulled.bond[axis], sum[axis]);
+        }
+        broken << lane
+    }
+
+    /// The bonds of a point from a slot on.
+    #[inline(always)]
+    fn part(&self, point: usize, slot: usize) -> Part<'a> {
+        let (lanes, families) = (slot..slot + S::WIDTH, self.cloud.families);
+        debug_assert!(lanes.end <= families.neighbors.len());
+        // SAFETY: slots are those of a point's blocks, which end before the lists do, as a cloud has seen.
+        let neighbors = unsafe { families.neighbors.get_unchecked(lanes.clone()) };
+        // SAFETY: as above.
+        let inverses = unsafe { families.inverse_lengths.get_unchecked(lanes) };
+        Part { point, slot, neighbors, inverses }
+    }
+
+    #[inline(always)]
+    fn stretch<const D: usize>(
+        &self,
+        point: usize,
+        slot: usize,
+        own: &[S::Lanes; 8],
+    ) -> Pulled<S::Lanes, D> {
+        let Self { simd, cloud, law } = *self;
+        let part = self.part(point, slot);
+        prefetch(&cloud.families.neighbors, slot + AHEAD * LANES);
+        prefetch(&cloud.families.inverse_lengths, slot + AHEAD * LANES);
+        // SAFETY: the search makes neighbours of points of the body alone, and each has a record.
+        let middles = unsafe { simd.columns(cloud.records, 0, part.neighbors) };
+        // SAFETY: as above.
+        let doubles = unsafe { simd.columns(cloud.records, 4, part.neighbors) };
+        let quarter = simd.splat(0.25);
+        let (mut bond, mut product) = ([quarter; D], quarter);
+        for axis in 0..D {
+            let middle = middles[axis] - own[axis];
+            let double = doubles[axis] - own[4 + axis];
+            bond[axis] = double.mul_add(quarter, middle);
+            product = match axis {
+                0 => double * middle,
+                _ => double.mul_add(middle, product),
+            };
+        }
+        let inverse = simd.load(part.inverses);
+        Pulled {
+            bond,
+            change: product * (inverse * inverse),
+            weight: law.weight(simd, &part, inverse, middles[3]),
+        }
     }
 }

@@ -3,7 +3,7 @@
 use std::arch::x86_64::*;
 use std::ops::BitAnd;
 
-use super::{Lanes, Mask, Simd, operators};
+use super::{LEAST, Lanes, Mask, Simd, operators};
 
 /// AVX2 with fused multiply-add.
 #[derive(Clone, Copy)]
@@ -122,9 +122,49 @@ impl Lanes for Four {
         Self(unsafe { _mm256_div_pd(_mm256_set1_pd(1.0), self.0) })
     }
 
+    /// With an estimate r in single precision, good to 1.5 2^-12, and d = 1 - x r^2: 1/sqrt(x) = r (1 + d/2 + 3/8 d^2
+    /// + 5/16 d^3 + 35/128 d^4) but for d^5.
     #[inline(always)]
     fn reciprocal_root(self) -> Self {
-        self.sqrt().reciprocal()
+        // SAFETY: as above.
+        unsafe {
+            let splat = |value| _mm256_set1_pd(value);
+            let one = splat(1.0);
+            let r = _mm256_cvtps_pd(_mm_rsqrt_ps(_mm256_cvtpd_ps(self.0)));
+            let d = _mm256_fnmadd_pd(_mm256_mul_pd(self.0, r), r, one);
+            let series = _mm256_fmadd_pd(splat(35.0 / 128.0), d, splat(0.3125));
+            let series = _mm256_fmadd_pd(series, d, splat(0.375));
+            let series = _mm256_fmadd_pd(series, d, splat(0.5));
+            let root = _mm256_fmadd_pd(_mm256_mul_pd(d, r), series, r);
+            Self(_mm256_blendv_pd(root, one, _mm256_cmp_pd::<_CMP_EQ_OQ>(self.0, one)))
+        }
+    }
+
+    /// As [`Lanes::reciprocal_root`], and d^5 as well: with d = (1 - r^2) - z r^2 no digit of a small z is lost.
+    #[inline(always)]
+    fn shortfall(self) -> Self {
+        // SAFETY: as above.
+        unsafe {
+            let splat = |value| _mm256_set1_pd(value);
+            let (z, one) = (self.0, splat(1.0));
+            let x = _mm256_max_pd(_mm256_add_pd(z, one), splat(LEAST));
+            let r = _mm256_cvtps_pd(_mm_rsqrt_ps(_mm256_cvtpd_ps(x)));
+            let d = _mm256_fnmadd_pd(_mm256_mul_pd(z, r), r, _mm256_fnmadd_pd(r, r, one));
+            let series = _mm256_fmadd_pd(splat(63.0 / 256.0), d, splat(35.0 / 128.0));
+            let series = _mm256_fmadd_pd(series, d, splat(0.3125));
+            let series = _mm256_fmadd_pd(series, d, splat(0.375));
+            let series = _mm256_fmadd_pd(series, d, splat(0.5));
+            let value = _mm256_fnmadd_pd(_mm256_mul_pd(d, r), series, _mm256_sub_pd(one, r));
+            // The estimate of 1 may be off.
+            let moved = _mm256_cmp_pd::<_CMP_NEQ_UQ>(z, _mm256_setzero_pd());
+            Self(_mm256_and_pd(value, moved))
+        }
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        // SAFETY: as above.
+        Self(unsafe { _mm256_max_pd(self.0, other.0) })
     }
 
     #[inline(always)]
@@ -143,27 +183,6 @@ impl Lanes for Four {
     fn or(self, mask: Chosen, other: Self) -> Self {
         // SAFETY: as above.
         Self(unsafe { _mm256_blendv_pd(other.0, self.0, mask.0) })
-    }
-
-    /// With an estimate r of 1/sqrt(1 + z), good to 12 bits where that fits into single precision, and
-    /// d = (1 - r^2) - z r^2: 1/sqrt(1 + z) = r (1 + d/2 + 3/8 d^2 + ...) but for d^5.
-    #[inline(always)]
-    fn shortfall(self) -> Self {
-        // SAFETY: as above.
-        unsafe {
-            let (z, splat) = (self.0, |value| _mm256_set1_pd(value));
-            let one = splat(1.0);
-            let r = _mm256_cvtps_pd(_mm_rsqrt_ps(_mm256_cvtpd_ps(_mm256_add_pd(z, one))));
-            let d = _mm256_fnmadd_pd(r, r, one);
-            let d = _mm256_fnmadd_pd(_mm256_mul_pd(z, r), r, d);
-            let series = _mm256_fmadd_pd(splat(35.0 / 128.0), d, splat(0.3125));
-            let series = _mm256_fmadd_pd(series, d, splat(0.375));
-            let series = _mm256_fmadd_pd(series, d, splat(0.5));
-            let value = _mm256_fnmadd_pd(_mm256_mul_pd(d, r), series, _mm256_sub_pd(one, r));
-            let defined = _mm256_cmp_pd::<_CMP_NLE_UQ>(z, splat(-1.0));
-            let moved = _mm256_cmp_pd::<_CMP_NEQ_UQ>(z, _mm256_setzero_pd());
-            Self(_mm256_and_pd(value, _mm256_and_pd(defined, moved)))
-        }
     }
 
     #[inline(always)]

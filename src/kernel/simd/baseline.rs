@@ -3,7 +3,7 @@
 
 use std::ops::BitAnd;
 
-use super::{Lanes, Mask, Simd, operators};
+use super::{LEAST, Lanes, Mask, Simd, operators};
 use registers::{Chosen as ChosenPair, Pair};
 
 /// What every machine has.
@@ -92,6 +92,19 @@ impl Lanes for Two {
         self.sqrt().reciprocal()
     }
 
+    /// With r = sqrt(1 + z): z/(r (r + 1)).
+    #[inline(always)]
+    fn shortfall(self) -> Self {
+        let one = Baseline.splat(1.0);
+        let root = (one + self).max(Baseline.splat(LEAST)).sqrt();
+        self / (root * (root + one))
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(registers::larger(self.0, other.0))
+    }
+
     #[inline(always)]
     fn above(self, other: Self) -> Chosen {
         Chosen(registers::above(self.0, other.0))
@@ -105,15 +118,6 @@ impl Lanes for Two {
     #[inline(always)]
     fn or(self, mask: Chosen, other: Self) -> Self {
         Self(registers::choose(self.0, mask.0, other.0))
-    }
-
-    /// With r = sqrt(1 + z): z/(r (r + 1)).
-    #[inline(always)]
-    fn shortfall(self) -> Self {
-        let one = Baseline.splat(1.0);
-        let root = (one + self).sqrt();
-        let defined = Chosen(registers::not_up_to(self.0, Baseline.splat(-1.0).0));
-        (self / (root * (root + one))).only(defined)
     }
 
     #[inline(always)]
@@ -164,7 +168,7 @@ mod registers {
         divide(a: Pair, b: Pair) -> Pair = sse2::_mm_div_pd(a, b);
         root(a: Pair) -> Pair = sse2::_mm_sqrt_pd(a);
         above(a: Pair, b: Pair) -> Chosen = sse2::_mm_cmpgt_pd(a, b);
-        not_up_to(a: Pair, b: Pair) -> Chosen = sse2::_mm_cmpnle_pd(a, b);
+        larger(a: Pair, b: Pair) -> Pair = sse2::_mm_max_pd(a, b);
         only(a: Pair, chosen: Chosen) -> Pair = sse2::_mm_and_pd(a, chosen);
         choose(a: Pair, chosen: Chosen, b: Pair) -> Pair =
             sse2::_mm_or_pd(sse2::_mm_and_pd(chosen, a), sse2::_mm_andnot_pd(chosen, b));
@@ -175,7 +179,6 @@ mod registers {
 
 #[cfg(not(target_arch = "x86_64"))]
 mod registers {
-    use std::cmp::Ordering::{Equal, Less};
     pub(super) type Pair = [f64; 2];
     pub(super) type Chosen = [bool; 2];
 
@@ -195,7 +198,7 @@ mod registers {
         divide(a: f64, b: f64) -> f64 = |a, b| a / b;
         root(a: f64) -> f64 = f64::sqrt;
         above(a: f64, b: f64) -> bool = |a, b| a > b;
-        not_up_to(a: f64, b: f64) -> bool = |a, b| !matches!(a.partial_cmp(&b), Some(Less | Equal));
+        larger(a: f64, b: f64) -> f64 = |a, b| if a > b { a } else { b };
         only(a: f64, chosen: bool) -> f64 = |a, chosen| if chosen { a } else { 0.0 };
         choose(a: f64, chosen: bool, b: f64) -> f64 = |a, chosen, b| if chosen { a } else { b };
         both(a: bool, b: bool) -> bool = |a, b| a & b;

@@ -18,7 +18,8 @@ use std::ops::{Add, BitAnd, Div, Mul, Sub};
 pub use level::SimdLevel;
 
 /// A loop that is compiled for every level. `run` is to be `#[inline(always)]`, as all that it calls in its
-/// inner loops.
+/// inner loops: what is not inlined, as closures that are called twice and the longer methods of iterators, is compiled
+/// for the baseline and passes lanes through memory.
 pub(crate) trait Kernel {
     type Output;
     fn run<S: Simd>(self, simd: S) -> Self::Output;
@@ -41,7 +42,10 @@ pub(crate) trait Simd: Copy {
     #[inline(always)]
     fn each(self, mut lane: impl FnMut(usize) -> f64) -> Self::Lanes {
         let mut values = [0.0; 8];
-        (0..Self::WIDTH).for_each(|k| values[k] = lane(k));
+        // A loop, since calls of iterators may not be inlined into a level.
+        for (k, value) in values[..Self::WIDTH].iter_mut().enumerate() {
+            *value = lane(k);
+        }
         self.load(&values)
     }
 
@@ -90,10 +94,14 @@ pub(crate) trait Lanes:
 
     fn sqrt(self) -> Self;
 
+    /// The larger of both; `other` where these are not numbers.
+    fn max(self, other: Self) -> Self;
+
     /// 1/x to the last bits, where x and 1/x are normal numbers.
     fn reciprocal(self) -> Self;
 
-    /// 1/sqrt(x) to the last bits, where x is a normal number above zero.
+    /// 1/sqrt(x) to the last bits, where x is between 1e-30 and 1e30: squares of lengths are to be divided by one.
+    /// Exactly 1 of 1, and not a number of what is infinite or none.
     fn reciprocal_root(self) -> Self;
 
     /// Where these are greater than `other`; nothing is above what is not a number, nor is that above anything.
@@ -105,18 +113,35 @@ pub(crate) trait Lanes:
     /// These where the mask is set, else `other`.
     fn or(self, mask: Self::Mask, other: Self) -> Self;
 
-    /// 1 - 1/sqrt(1 + z) of these z, to 1e-16 and as many digits as 1 + z has, and exactly 0 where z is 0 or not above
-    /// -1. With 1 + z the square of how many times longer a bond has become, this is (l - L)/l.
+    /// 1 - 1/sqrt(1 + z) of these z, right to 2e-19 and to the last bits of z and of 1 + z, and exactly 0 of 0. With 1 + z = (l/L)^2
+    /// this is (l - L)/l. Below 1e-15, where 1 + z is all rounding, it takes 1 + z for 1e-15. Not a number of what
+    /// is infinite or none.
     fn shortfall(self) -> Self;
 
     /// The lanes added up, in an order that is the same for all of a level.
     fn total(self) -> f64;
 }
 
+/// The least 1 + z that [`Lanes::shortfall`] takes the root of.
+const LEAST: f64 = 1e-15;
+
 /// Some of the lanes.
 pub(crate) trait Mask: Copy + BitAnd<Output = Self> {
     /// One bit a lane.
     fn bits(self) -> u8;
+}
+
+/// Asks for what stands at an index to be brought near, if there is such a thing.
+#[inline(always)]
+pub(crate) fn prefetch<T>(values: &[T], index: usize) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: part of x86-64, and nothing is read, whatever the address.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(values.as_ptr().wrapping_add(index).cast()) }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (values, index);
 }
 
 /// Operators of a type of lanes, from an unsafe call of its level each.
