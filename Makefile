@@ -36,7 +36,7 @@ all: library
 
 library:
 	@command -v $(firstword $(CARGO)) > /dev/null || { \
-	  echo "cargo is missing: install Rust 1.88 or later (rustup), or say where it is by CARGO=..."; exit 1; }
+	  echo "cargo is missing: install Rust 1.89 or later (rustup), or say where it is by CARGO=..."; exit 1; }
 	$(BUILD) --lib
 	@test -f "$(LIB)/libperion.so" || { \
 	  echo "cargo has built for another machine: its configuration names a build.target, which to build for this one" \

@@ -60,6 +60,7 @@ mod workers;
 pub use conditions::{ConditionFunction, Quantity};
 pub use error::{Error, Result};
 pub use formulation::{FORMULATIONS, FormulationEntry, Operator};
+pub use kernel::simd::SimdLevel;
 pub use material::MaterialBatch;
 pub use model::{Elastic, Influence, KEYS, Key, Kind, Model, Plane};
 pub use points::Points;

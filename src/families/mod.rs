@@ -60,8 +60,8 @@ pub(crate) struct Families {
     pub(crate) offsets: Vec<u64>,
     /// Inner place of the other end of each bond.
     pub(crate) neighbors: Vec<u32>,
-    /// Length of each bond in the reference configuration.
-    pub(crate) lengths: Vec<f64>,
+    /// 1/L of each bond, of its length in the reference configuration.
+    pub(crate) inverse_lengths: Vec<f64>,
     pub(crate) reach: Reach,
 }
 
@@ -126,7 +126,11 @@ impl Families {
         let blocks = self.blocks(point);
         (blocks.start * LANES..blocks.end * LANES).filter_map(move |slot| {
             let neighbor = self.neighbors[slot] as usize;
-            (neighbor != point).then(|| Bond { slot, neighbor, length: self.lengths[slot] })
+            (neighbor != point).then(|| Bond {
+                slot,
+                neighbor,
+                length: self.inverse_lengths[slot].recip(),
+            })
         })
     }
 
@@ -161,7 +165,7 @@ impl Families {
     pub(crate) fn bytes(&self) -> usize {
         memory::bytes(&self.offsets)
             + memory::bytes(&self.neighbors)
-            + memory::bytes(&self.lengths)
+            + memory::bytes(&self.inverse_lengths)
             + self.reach.bytes()
     }
 }

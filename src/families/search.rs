@@ -54,18 +54,18 @@ pub(crate) fn find(
     let lanes = usize::try_from(blocks).ok().and_then(|blocks| blocks.checked_mul(LANES));
     let lanes = lanes.unwrap_or(usize::MAX);
     let mut neighbors = memory::filled(0_u32, lanes, PURPOSE)?;
-    let mut lengths = memory::filled(1.0_f64, lanes, PURPOSE)?;
+    let mut inverse_lengths = memory::filled(1.0_f64, lanes, PURPOSE)?;
     let outputs = (
         Ragged { values: &mut neighbors, offsets: &offsets, width: LANES },
-        Ragged { values: &mut lengths, offsets: &offsets, width: LANES },
+        Ragged { values: &mut inverse_lengths, offsets: &offsets, width: LANES },
     );
-    workers.sweep(count, outputs, |range, (neighbors, lengths)| {
+    workers.sweep(count, outputs, |range, (neighbors, inverses)| {
         let start = offsets[range.start] as usize * LANES;
         for point in range {
             let mut slot = offsets[point] as usize * LANES - start;
             search.visit(point, |neighbor, length| {
                 neighbors.values[slot] = neighbor;
-                lengths.values[slot] = length;
+                inverses.values[slot] = length.recip();
                 slot += 1;
             });
             let end = offsets[point + 1] as usize * LANES - start;
@@ -75,7 +75,7 @@ pub(crate) fn find(
     if count > 1 && lanes == 0 {
         return argument(no_neighbors(places, horizons));
     }
-    Ok(Families { offsets, neighbors, lengths, reach })
+    Ok(Families { offsets, neighbors, inverse_lengths, reach })
 }
 
 /// Horizons with the tolerance that lets `horizon = k * spacing` reach the k-th shell, and with the most that

@@ -6,15 +6,17 @@
 use std::f64::consts::PI;
 
 use super::body::{Body, ByModel, Link, Weights};
+use super::breaking::stretch;
 use super::constants;
 use super::ordinary_state_based::extension;
 use super::{
     EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Read, Scene, surface,
 };
-use crate::damage::Breaking;
+use crate::damage::{BreakRule, Breaking};
 use crate::error::{Error, Result};
-use crate::families::Property;
-use crate::kernel::bond_based::{Alike, BlockBreaking, BondLaw, Cloud, Various};
+use crate::families::{Bond, Families, LANES, Property};
+use crate::kernel::bond_based::{BondLaw, Cloud, ForceSweep, Part, Record};
+use crate::kernel::simd::Simd;
 use crate::material::Law;
 use crate::model::{Elastic, Influence, Model, Plane};
 use crate::workers::{PerPoint, Ragged};
@@ -111,18 +113,18 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
 }
 
 impl BondBased {
-    fn various<'a>(&'a self, scene: &Scene<'a>, breaking: Option<&Breaking<'a>>) -> Various<'a> {
+    fn various<'a>(&'a self, scene: &Scene<'a>, rule: Option<&'a BreakRule>) -> Various<'a> {
         Various {
             bond_constants: &self.bond_constants,
             families: scene.families,
             integrity: scene.bonds.integrity,
             correction: self.correction.as_deref(),
-            rule: breaking.map(|breaking| breaking.rule),
+            rule,
         }
     }
 
     /// The law of a scene in which all bonds are alike, if it is one.
-    fn alike<'a>(&self, scene: &Scene<'_>, breaking: Option<&Breaking<'a>>) -> Option<Alike<'a>> {
+    fn alike<'a>(&self, scene: &Scene<'_>, rule: Option<&'a BreakRule>) -> Option<Alike<'a>> {
         let (Property::Uniform(bond_constant), true, None, None) = (
             &self.bond_constants,
             scene.families.reach.is_sharp_and_uniform(),
@@ -131,7 +133,6 @@ impl BondBased {
         ) else {
             return None;
         };
-        let rule = breaking.map(|breaking| breaking.rule);
         let critical = rule.map_or(Some(f64::INFINITY), |rule| rule.uniform())?;
         Some(Alike { bond_constant: *bond_constant, critical, rule })
     }
@@ -162,7 +163,7 @@ impl BondBased {
         &self,
         scene: &Scene<'_>,
         sums: &mut [f64],
-        term: impl Fn(usize, crate::families::Bond) -> f64 + Sync,
+        term: impl Fn(usize, Bond) -> f64 + Sync,
     ) {
         scene.workers.sweep(scene.places.len(), PerPoint(sums, 1), |range, sums| {
             for (sum, point) in sums.0.iter_mut().zip(range) {
@@ -173,6 +174,10 @@ impl BondBased {
 }
 
 impl Formulation for BondBased {
+    fn scratch(&self, points: usize, _: usize, _: usize, _: bool) -> usize {
+        points * size_of::<Record>() / size_of::<f64>() + SLACK
+    }
+
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
         let Some(moduli) = &self.corrected else { return Ok(()) };
         let factors = surface::factors(
@@ -190,14 +195,21 @@ impl Formulation for BondBased {
     fn force(
         &self,
         scene: &Scene<'_>,
-        _: &mut [f64],
+        scratch: &mut [f64],
         force: &mut [f64],
-        breaking: Option<Breaking<'_>>,
+        mut breaking: Option<Breaking<'_>>,
     ) -> Option<usize> {
-        match self.alike(scene, breaking.as_ref()) {
-            Some(law) => forces(scene, law, force, breaking),
-            None => forces(scene, self.various(scene, breaking.as_ref()), force, breaking),
+        let rule = breaking.as_ref().map(|breaking| breaking.rule);
+        let remaining = breaking.as_mut().map(|breaking| &mut *breaking.intact);
+        let various = self.various(scene, rule);
+        let bad = match self.alike(scene, rule) {
+            Some(law) => forces(scene, law, scratch, force, remaining),
+            None => forces(scene, various, scratch, force, remaining),
+        };
+        if let Some(breaking) = breaking {
+            book(scene, various, breaking);
         }
+        bad
     }
 
     fn energy_density(
@@ -212,11 +224,12 @@ impl Formulation for BondBased {
             return;
         }
         let law = self.various(scene, None);
-        let cloud = Cloud::from(scene);
-        let count = scene.places.len();
-        scene.workers.sweep(count, PerPoint(density, 1), |range, density| match scene.dimension {
-            3 => cloud.energy_density::<3>(law, range, density.0),
-            _ => cloud.energy_density::<2>(law, range, density.0),
+        self.sum_over_bonds(scene, density, |point, bond| {
+            if !scene.bonds.is_intact(bond.slot) {
+                return 0.0;
+            }
+            let stretch = stretch(scene, point, bond.neighbor, bond.length);
+            law.energy(scene, point, bond, [stretch; 2])
         });
     }
 
@@ -254,63 +267,219 @@ impl Formulation for BondBased {
     }
 }
 
-impl<'a> From<&Scene<'a>> for Cloud<'a> {
-    fn from(scene: &Scene<'a>) -> Self {
-        // What the kernel relies on without looking again.
-        assert_eq!(scene.displacement.len(), scene.places.len() * scene.dimension);
-        Self {
-            places: scene.places,
-            families: scene.families,
-            displacement: scene.displacement,
-            bonds: scene.bonds,
-        }
+/// All bonds alike: one material, one horizon, no integrity set by hand.
+#[derive(Clone, Copy)]
+struct Alike<'a> {
+    bond_constant: f64,
+    critical: f64,
+    rule: Option<&'a BreakRule>,
+}
+
+/// Bonds that differ by their ends or one by one.
+#[derive(Clone, Copy)]
+struct Various<'a> {
+    bond_constants: &'a Property,
+    families: &'a Families,
+    integrity: Option<&'a [f64]>,
+    /// Factor of each lane by which bonds near a surface are stiffer.
+    correction: Option<&'a [f64]>,
+    rule: Option<&'a BreakRule>,
+}
+
+/// (l/L)^2 - 1 at a stretch.
+fn squared_ratio_less_one(stretch: f64) -> f64 {
+    stretch * (2.0 + stretch)
+}
+
+fn breakable(rule: Option<&BreakRule>, block: usize) -> u8 {
+    rule.map_or(0, |rule| rule.breakable(block))
+}
+
+impl BondLaw for Alike<'_> {
+    #[inline(always)]
+    fn factor(&self) -> f64 {
+        self.bond_constant
+    }
+    #[inline(always)]
+    fn weight<S: Simd>(&self, _: S, _: &Part<'_>, inverse: S::Lanes, volume: S::Lanes) -> S::Lanes {
+        inverse * volume
+    }
+    #[inline(always)]
+    fn threshold<S: Simd>(&self, simd: S, _: &Part<'_>) -> S::Lanes {
+        simd.splat(squared_ratio_less_one(self.critical))
+    }
+    fn breakable(&self, block: usize) -> u8 {
+        breakable(self.rule, block)
+    }
+}
+
+impl Various<'_> {
+    #[inline(always)]
+    fn constant(&self, point: usize, neighbor: usize, length: f64) -> f64 {
+        self.families.reach.share(point, neighbor, length) * self.bond_constants.at(point)
+    }
+
+    /// Integrity of a bond, and with it what the surface adds.
+    #[inline(always)]
+    fn integrity(&self, slot: usize) -> f64 {
+        let correction = self.correction.map_or(1.0, |values| values[slot]);
+        correction * self.integrity.map_or(1.0, |values| values[slot])
+    }
+
+    /// Bond constant times integrity that acts between both ends of one bond.
+    fn stiffness(&self, point: usize, bond: Bond) -> f64 {
+        let Bond { slot, neighbor, length } = bond;
+        let (own, other) =
+            (self.constant(point, neighbor, length), self.constant(neighbor, point, length));
+        0.5 * (own + other) * self.integrity(slot)
+    }
+
+    /// Bond constant of the point's own material, whatever the bond's integrity; less in the rim of its
+    /// horizon, 0 outside.
+    fn own_constant(&self, point: usize, bond: Bond) -> f64 {
+        self.constant(point, bond.neighbor, bond.length)
+    }
+
+    /// Energy per volume that a point has in a bond: 1/4 c d s r L V_j at the stretches s and r.
+    fn energy(&self, scene: &Scene<'_>, point: usize, bond: Bond, stretches: [f64; 2]) -> f64 {
+        let stiffness = self.own_constant(point, bond) * self.integrity(bond.slot);
+        let [now, pulled] = stretches;
+        0.25 * stiffness * now * scene.places[bond.neighbor][3] * pulled * bond.length
+    }
+
+    /// Energy per volume that the point loses by the bonds that are not in the masks `remaining` of its blocks any
+    /// more: with the stretch at which the bond pulled last, where it pulled; as it is where nothing was before.
+    fn lost(
+        &self,
+        scene: &Scene<'_>,
+        point: usize,
+        remaining: &[u8],
+        before: Option<&[f64]>,
+    ) -> f64 {
+        let first = scene.families.blocks(point).start * LANES;
+        let broken = |bond: &Bond| {
+            let (block, bit) = ((bond.slot - first) / LANES, 1 << (bond.slot % LANES));
+            remaining[block] & bit == 0 && scene.bonds.is_intact(bond.slot)
+        };
+        let each = scene.families.bonds(point).filter(broken).map(|bond| {
+            let stretch = |displacement| {
+                let scene = Scene { displacement, ..*scene };
+                stretch(&scene, point, bond.neighbor, bond.length)
+            };
+            let now = stretch(scene.displacement);
+            let pulled = before.map_or(now, |before| stretch(before).max(0.0));
+            self.energy(scene, point, bond, [now, pulled])
+        });
+        each.sum()
+    }
+}
+
+impl BondLaw for Various<'_> {
+    #[inline(always)]
+    fn factor(&self) -> f64 {
+        1.0
+    }
+    #[inline(always)]
+    fn weight<S: Simd>(
+        &self,
+        simd: S,
+        part: &Part<'_>,
+        inverse: S::Lanes,
+        volume: S::Lanes,
+    ) -> S::Lanes {
+        inverse * volume * simd.each(|lane| self.stiffness(part.point, part.bond(lane)))
+    }
+    #[inline(always)]
+    fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes {
+        let Some(rule) = self.rule else { return simd.splat(f64::INFINITY) };
+        simd.each(|lane| {
+            let bond = part.bond(lane);
+            squared_ratio_less_one(rule.threshold(bond.slot, part.point, bond.neighbor))
+        })
+    }
+    fn breakable(&self, block: usize) -> u8 {
+        breakable(self.rule, block)
     }
 }
 
 fn forces(
     scene: &Scene<'_>,
-    law: impl BondLaw + Sync,
+    law: impl BondLaw,
+    scratch: &mut [f64],
     force: &mut [f64],
-    breaking: Option<Breaking<'_>>,
+    remaining: Option<&mut [u8]>,
 ) -> Option<usize> {
     match scene.dimension {
-        3 => sweep_forces::<3>(scene, law, force, breaking),
-        _ => sweep_forces::<2>(scene, law, force, breaking),
+        3 => sweep_forces::<3>(scene, law, scratch, force, remaining),
+        _ => sweep_forces::<2>(scene, law, scratch, force, remaining),
     }
 }
 
 fn sweep_forces<const D: usize>(
     scene: &Scene<'_>,
-    law: impl BondLaw + Sync,
+    law: impl BondLaw,
+    scratch: &mut [f64],
     force: &mut [f64],
-    breaking: Option<Breaking<'_>>,
+    remaining: Option<&mut [u8]>,
 ) -> Option<usize> {
-    let cloud = Cloud::from(scene);
+    let count = scene.places.len();
+    let records = records_of::<D>(scene, scratch);
+    let cloud = Cloud::new(scene.families, records, scene.bonds.intact);
     let bad = AtomicUsize::new(usize::MAX);
-    let note = |found: Option<usize>| {
-        if let Some(point) = found {
+    let offsets = &scene.families.offsets;
+    let remaining = remaining.map(|values| Ragged { values, offsets, width: 1 });
+    scene.workers.sweep(count, (PerPoint(force, D), remaining), |range, (force, remaining)| {
+        let remaining = remaining.map(|masks| masks.values);
+        let sweep = ForceSweep::<_, D> { cloud, law, range, force: force.0, remaining };
+        if let Some(point) = scene.simd.run(sweep) {
             bad.fetch_min(point, Ordering::Relaxed);
         }
-    };
-    let count = scene.places.len();
-    let forces = PerPoint(force, D);
-    match breaking {
-        None => scene.workers.sweep(count, forces, |range, force| {
-            note(cloud.force::<D>(law, range, force.0, None));
-        }),
-        Some(Breaking { intact, dissipated, before, .. }) => {
-            // The kernel looks at it as at the displacement of the cloud.
-            assert!(before.is_none_or(|before| before.len() == scene.displacement.len()));
-            let offsets = &scene.families.offsets;
-            let masks = Ragged { values: intact, offsets, width: 1 };
-            let outputs = (forces, masks, PerPoint(dissipated, 1));
-            scene.workers.sweep(count, outputs, |range, (force, masks, dissipated)| {
-                let (intact, dissipated) = (masks.values, dissipated.0);
-                let breaking = BlockBreaking { intact, dissipated, before };
-                note(cloud.force::<D>(law, range, force.0, Some(breaking)));
-            });
-        }
-    }
+    });
     let first = bad.into_inner();
     (first != usize::MAX).then_some(first)
+}
+
+/// Numbers beyond those of the records that let the first of them begin a line of the cache.
+const SLACK: usize = 7;
+
+/// A record of each point, in the scratch.
+fn records_of<'a, const D: usize>(scene: &Scene<'_>, scratch: &'a mut [f64]) -> &'a [Record] {
+    let count = scene.places.len();
+    let ahead = scratch.as_ptr().align_offset(64).min(SLACK);
+    let (records, _) = scratch[ahead..].as_chunks_mut();
+    let records = &mut records[..count];
+    let (shifts, _) = scene.displacement.as_chunks::<D>();
+    scene.workers.sweep(count, PerPoint(&mut *records, 1), |range, records| {
+        for (record, point) in records.0.iter_mut().zip(range) {
+            *record = [0.0; 8];
+            record[..4].copy_from_slice(&scene.places[point]);
+            for (axis, shift) in shifts[point].iter().enumerate() {
+                record[axis] += 0.5 * shift;
+                record[4 + axis] = 2.0 * shift;
+            }
+        }
+    });
+    records
+}
+
+/// Adds what points lose by the bonds that have broken.
+fn book(scene: &Scene<'_>, law: Various<'_>, breaking: Breaking<'_>) {
+    let Breaking { intact, dissipated, before, .. } = breaking;
+    let offsets = &scene.families.offsets;
+    let masks = Ragged { values: intact, offsets, width: 1 };
+    let outputs = (masks, PerPoint(dissipated, 1));
+    scene.workers.sweep(scene.places.len(), outputs, |range, (masks, dissipated)| {
+        let first = offsets[range.start] as usize;
+        let old = &scene.bonds.intact[first..offsets[range.end] as usize];
+        if old == masks.values {
+            return;
+        }
+        for (dissipated, point) in dissipated.0.iter_mut().zip(range) {
+            let blocks = scene.families.blocks(point);
+            let remaining = &masks.values[blocks.start - first..blocks.end - first];
+            if remaining != &scene.bonds.intact[blocks] {
+                *dissipated += law.lost(scene, point, remaining, before);
+            }
+        }
+    });
 }

@@ -18,7 +18,6 @@ pub(super) fn break_stretched(scene: &Scene<'_>, breaking: &mut Breaking<'_>) ->
     let Breaking { rule, intact, .. } = breaking;
     let masks = Ragged { values: intact, offsets: &scene.families.offsets, width: 1 };
     let broke = AtomicBool::new(false);
-    let dimension = scene.dimension;
     scene.workers.sweep(scene.places.len(), masks, |range, masks| {
         let first = scene.families.offsets[range.start] as usize;
         let last = scene.families.offsets[range.end] as usize;
@@ -29,7 +28,7 @@ pub(super) fn break_stretched(scene: &Scene<'_>, breaking: &mut Breaking<'_>) ->
                 if masks.values[block - first] & bit & rule.breakable(block) == 0 {
                     continue;
                 }
-                let stretch = stretch(scene, dimension, point, bond.neighbor, bond.length);
+                let stretch = stretch(scene, point, bond.neighbor, bond.length);
                 if stretch > rule.threshold(bond.slot, point, bond.neighbor) {
                     masks.values[block - first] &= !bit;
                     broke.store(true, Ordering::Relaxed);
@@ -129,7 +128,8 @@ fn spread(scene: &Scene<'_>, marks: &[f64], wider: &mut [f64], mark: f64) {
 }
 
 /// Stretch of a bond; the same bits from both ends.
-fn stretch(scene: &Scene<'_>, dimension: usize, from: usize, to: usize, length: f64) -> f64 {
+pub(super) fn stretch(scene: &Scene<'_>, from: usize, to: usize, length: f64) -> f64 {
+    let dimension = scene.dimension;
     let (mut squared, mut change) = (0.0, 0.0);
     for axis in 0..dimension {
         let reference = scene.places[to][axis] - scene.places[from][axis];

@@ -27,6 +27,7 @@ pub(crate) use operators::{Derivative, ShapeTensor, differentiate, shape_tensors
 use crate::damage::{BondsView, Breaking};
 use crate::error::{Error, Result};
 use crate::families::{Families, Place, Property};
+use crate::kernel::simd::SimdLevel;
 use crate::model::Model;
 use crate::suggest;
 use crate::workers::Workers;
@@ -121,6 +122,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) workers: &'a Workers,
     /// Whether materials may flow; else they answer with their elastic stiffness.
     pub(crate) flows: bool,
+    pub(crate) simd: SimdLevel,
     /// Answers of laws with memory at this displacement, once they have been asked.
     pub(crate) asked: Option<Asked<'a>>,
 }

@@ -1,366 +1,248 @@
-//! Bond-based sweeps: forces with or without breaking, and the energy of the bonds. [P 3.8-3.11]
+//! The bond-based sweep over blocks of bonds: forces, and which bonds break. [P 3.8-3.11]
 //!
-//! With xi the bond's reference vector, y = xi + u_j - u_i, L = |xi| and l = |y|, the stretch is
-//! s = (l - L)/L = du.(xi + y) / (L (L + l)): exactly zero where the ends move alike, and without
-//! the cancellation of l - L. The force on i is the sum of c d s V_j y/l.
+//! With xi the bond's reference vector, y = xi + du, L = |xi| and l = |y|, the force on i is the sum of
+//! c d V_j (1/L - 1/l) y = c d V_j/L (1 - L/l) y, and of (l/L)^2 = 1 + z with z = du.(xi + y)/L^2 one root is enough. z is exactly
+//! 0 where the ends move alike, and without the cancellation of l^2 - L^2. With the middle m = xi + du/2 of both states,
+//! xi + y = 2 m and y = m + du/2.
+//!
+//! The latency of a bond is some hundred cycles: while one part's root is taken, the next one's places are fetched.
 
 use std::ops::Range;
 
-use super::lanes::{Lanes, WIDTH};
-use crate::damage::{BondsView, BreakRule};
-use crate::families::{Bond, Families, LANES, Place, Property};
+use super::simd::{Kernel, Lanes, Mask, Simd, prefetch};
+use crate::families::{Bond, Families, LANES};
 
-/// What every bond-based sweep reads.
+/// A point in a line of the cache: x + u/2, V, 2 u and a number that does not matter.
+pub(crate) type Record = [f64; 8];
+
+/// What the sweep reads.
 #[derive(Clone, Copy)]
 pub(crate) struct Cloud<'a> {
-    pub(crate) places: &'a [Place],
-    pub(crate) families: &'a Families,
-    /// `D` numbers a point.
-    pub(crate) displacement: &'a [f64],
-    pub(crate) bonds: BondsView<'a>,
+    families: &'a Families,
+    records: &'a [Record],
+    /// One bit a lane.
+    intact: &'a [u8],
 }
 
-/// [`WIDTH`] bonds of a point that are computed together.
+impl<'a> Cloud<'a> {
+    /// Panics when there is not a record a point and a mask a block.
+    pub(crate) fn new(families: &'a Families, records: &'a [Record], intact: &'a [u8]) -> Self {
+        let Families { offsets, neighbors, inverse_lengths, .. } = families;
+        assert_eq!(records.len() + 1, offsets.len());
+        assert_eq!(offsets[records.len()] as usize, intact.len());
+        assert_eq!(neighbors.len(), intact.len() * LANES);
+        assert_eq!(inverse_lengths.len(), intact.len() * LANES);
+        Self { families, records, intact }
+    }
+}
+
+/// Bonds of a point that are computed together.
 #[derive(Clone, Copy)]
 pub(crate) struct Part<'a> {
-    point: usize,
+    pub(crate) point: usize,
     /// Where the first of them stands among all lanes.
-    slot: usize,
-    neighbors: &'a [u32; WIDTH],
-    lengths: &'a [f64; WIDTH],
+    pub(crate) slot: usize,
+    pub(crate) neighbors: &'a [u32],
+    /// 1/L
+    pub(crate) inverses: &'a [f64],
 }
 
 impl Part<'_> {
-    fn bond(&self, lane: usize) -> Bond {
+    #[inline(always)]
+    pub(crate) fn bond(&self, lane: usize) -> Bond {
         Bond {
             slot: self.slot + lane,
             neighbor: self.neighbors[lane] as usize,
-            length: self.lengths[lane],
+            length: self.inverses[lane].recip(),
         }
-    }
-
-    /// What a block's mask says of these lanes.
-    #[inline(always)]
-    fn bits(&self, mask: u8) -> u8 {
-        mask >> (self.slot % LANES) & ALL_BITS
-    }
-
-    /// Bits of these lanes as a block's mask has them.
-    #[inline(always)]
-    fn in_block(&self, bits: u8) -> u8 {
-        bits << (self.slot % LANES)
     }
 }
 
-const ALL_BITS: u8 = (1 << WIDTH) - 1;
-
 /// How stiff bonds are and when they break, for one scene.
-pub(crate) trait BondLaw: Copy {
-    /// Bond constant times integrity that acts between both ends.
-    fn stiffness(&self, part: &Part<'_>) -> Lanes;
-    /// Bond constant times integrity of the point's own material; 0 outside its own horizon.
-    fn own_stiffness(&self, part: &Part<'_>) -> Lanes;
-    /// Stretch beyond which a bond breaks.
-    fn threshold(&self, part: &Part<'_>) -> Lanes;
+pub(crate) trait BondLaw: Copy + Sync {
+    /// What all forces are multiplied with.
+    fn factor(&self) -> f64;
+    /// V_j/L of bonds with the inverse lengths and volumes given, each times what else its stiffness has.
+    fn weight<S: Simd>(
+        &self,
+        simd: S,
+        part: &Part<'_>,
+        inverse: S::Lanes,
+        volume: S::Lanes,
+    ) -> S::Lanes;
+    /// (l/L)^2 - 1 beyond which a bond breaks.
+    fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes;
     /// Lanes of a block that may break.
     fn breakable(&self, block: usize) -> u8;
 }
 
-/// Deformed bonds.
-struct Deformed<const D: usize> {
-    bond: [Lanes; D],
-    volume: Lanes,
-    /// s/l, 0 where the ends coincide and a direction is not defined.
-    stretch_by_length: Lanes,
-    /// Length now.
-    now: Lanes,
-    /// s L (L + l).
-    change: Lanes,
-    /// L (L + l).
-    product: Lanes,
+/// Forces per volume on the points of a range. With `remaining`, bonds beyond their threshold break first, and the
+/// masks of the range's blocks are written there. Gives the first point whose force is not finite.
+pub(crate) struct ForceSweep<'a, L, const D: usize> {
+    pub(crate) cloud: Cloud<'a>,
+    pub(crate) law: L,
+    pub(crate) range: Range<usize>,
+    pub(crate) force: &'a mut [f64],
+    pub(crate) remaining: Option<&'a mut [u8]>,
 }
 
-impl<const D: usize> Deformed<D> {
-    #[inline(always)]
-    fn stretch(&self) -> Lanes {
-        self.change / self.product
-    }
-}
-
-/// What a sweep over a range of points writes as it breaks bonds.
-pub(crate) struct BlockBreaking<'a> {
-    /// Masks of the range's blocks after breaking.
-    pub(crate) intact: &'a mut [u8],
-    /// Energy per volume that each point of the range has lost; added to.
-    pub(crate) dissipated: &'a mut [f64],
-    /// Displacement of all points at the beginning of the step, where there is one.
-    pub(crate) before: Option<&'a [f64]>,
-}
-
-impl<'a> Cloud<'a> {
-    /// The parts of a block.
-    #[inline(always)]
-    fn parts(&self, block: usize, point: usize) -> impl Iterator<Item = Part<'a>> {
-        let (first, end) = (block * LANES, (block + 1) * LANES);
-        let (neighbors, _) = self.families.neighbors[first..end].as_chunks::<WIDTH>();
-        let (lengths, _) = self.families.lengths[first..end].as_chunks::<WIDTH>();
-        let each = neighbors.iter().zip(lengths).enumerate();
-        each.map(move |(number, (neighbors, lengths))| Part {
-            point,
-            slot: first + number * WIDTH,
-            neighbors,
-            lengths,
-        })
-    }
+impl<L: BondLaw, const D: usize> Kernel for ForceSweep<'_, L, D> {
+    type Output = Option<usize>;
 
     #[inline(always)]
-    fn deform<const D: usize>(&self, part: &Part<'_>) -> Deformed<D> {
-        let (shifts, _) = self.displacement.as_chunks::<D>();
-        let (own, own_shift) = (&self.places[part.point], &shifts[part.point]);
-        // SAFETY: the search makes neighbours of points of the body alone, and whoever makes a cloud
-        // has seen that the displacement has as many points as there are places.
-        let places = part.neighbors.map(|j| unsafe { self.places.get_unchecked(j as usize) });
-        // SAFETY: as above.
-        let moved = part.neighbors.map(|j| unsafe { shifts.get_unchecked(j as usize) });
-        let zero = Lanes::splat(0.0);
-        let (mut squared, mut change, mut bond) = (zero, zero, [zero; D]);
-        for (axis, y) in bond.iter_mut().enumerate() {
-            let reference = Lanes::from_fn(|k| places[k][axis]) - Lanes::splat(own[axis]);
-            let shift = Lanes::from_fn(|k| moved[k][axis]) - Lanes::splat(own_shift[axis]);
-            *y = reference + shift;
-            change = change + shift * (reference + *y);
-            squared = squared + *y * *y;
-        }
-        let (length, now) = (Lanes::load(part.lengths), squared.sqrt());
-        let product = length * (length + now);
-        let scale = product * now;
-        Deformed {
-            bond,
-            volume: Lanes::from_fn(|k| places[k][3]),
-            stretch_by_length: (change / scale).where_positive(scale),
-            now,
-            change,
-            product,
+    fn run<S: Simd>(self, simd: S) -> Option<usize> {
+        let Self { cloud, law, range, force, remaining } = self;
+        let pulls = Pulls { simd, cloud, law };
+        match remaining {
+            Some(remaining) => pulls.sum_up::<true, D>(range, force, remaining),
+            None => pulls.sum_up::<false, D>(range, force, &mut []),
         }
     }
+}
 
-    /// Forces per volume on the points of `range`; with `breaking`, bonds beyond their threshold
-    /// break first: the new masks, and the energy per volume that each point loses by it.
-    /// Gives the first point whose force is not finite.
+/// What the loops over points and parts share.
+#[derive(Clone, Copy)]
+struct Pulls<'a, S, L> {
+    simd: S,
+    cloud: Cloud<'a>,
+    law: L,
+}
+
+/// Bonds at a displacement.
+#[derive(Clone, Copy)]
+struct Pulled<F, const D: usize> {
+    /// y
+    bond: [F; D],
+    /// (l/L)^2 - 1
+    change: F,
+    /// V_j/L, and what else their stiffness has.
+    weight: F,
+}
+
+/// Blocks that are asked for ahead of their turn.
+const AHEAD: usize = 16;
+
+impl<'a, S: Simd, L: BondLaw> Pulls<'a, S, L> {
+    /// Forces on the points of a range. With `BREAK` the masks of its blocks, without the bonds beyond their threshold,
+    /// are left in `remaining`.
     #[inline(always)]
-    pub(crate) fn force<const D: usize>(
-        &self,
-        law: impl BondLaw,
+    fn sum_up<const BREAK: bool, const D: usize>(
+        self,
         range: Range<usize>,
         force: &mut [f64],
-        mut breaking: Option<BlockBreaking<'a>>,
+        remaining: &mut [u8],
     ) -> Option<usize> {
+        let Self { simd, cloud, law } = self;
+        let offsets = &cloud.families.offsets;
+        let first = offsets[range.start] as usize;
+        if BREAK {
+            remaining.copy_from_slice(&cloud.intact[first..offsets[range.end] as usize]);
+        }
         let (forces, _) = force.as_chunks_mut::<D>();
-        let first_block = self.families.offsets[range.start] as usize;
         let mut bad = None;
-        for (place, point) in range.enumerate() {
-            let mut sum = [Lanes::splat(0.0); D];
-            let mut broke = false;
-            for block in self.families.blocks(point) {
-                let mut mask = self.bonds.intact[block];
-                if mask != 0 {
-                    for part in self.parts(block, point) {
-                        let deformed = self.deform::<D>(&part);
-                        let mut intact = part.bits(mask);
-                        if breaking.is_some() {
-                            let stretch = deformed.stretch_by_length * deformed.now;
-                            let beyond = stretch.above(law.threshold(&part)) & intact;
-                            if beyond != 0 {
-                                let broken = beyond & part.bits(law.breakable(block));
-                                intact &= !broken;
-                                mask &= !part.in_block(broken);
-                                broke |= broken != 0;
-                            }
-                        }
-                        let mut weight =
-                            law.stiffness(&part) * deformed.volume * deformed.stretch_by_length;
-                        if intact != ALL_BITS {
-                            weight = weight.only(intact);
-                        }
-                        for (sum, bond) in sum.iter_mut().zip(&deformed.bond) {
-                            *sum = *sum + weight * *bond;
-                        }
+        for (force, point) in forces.iter_mut().zip(range) {
+            let own = cloud.records[point].map(|number| simd.splat(number));
+            let slots = offsets[point] as usize * LANES..offsets[point + 1] as usize * LANES;
+            let mut sum = [simd.splat(0.0); D];
+            if !slots.is_empty() {
+                let mut pulled = self.stretch(point, slots.start, &own);
+                for slot in (slots.start + S::WIDTH..slots.end).step_by(S::WIDTH) {
+                    let next = self.stretch(point, slot, &own);
+                    let broken = self.pull::<BREAK, D>(point, slot - S::WIDTH, pulled, &mut sum);
+                    if broken != 0 {
+                        remaining[(slot - S::WIDTH) / LANES - first] &= !broken;
                     }
+                    pulled = next;
                 }
-                if let Some(BlockBreaking { intact, .. }) = &mut breaking {
-                    intact[block - first_block] = mask;
+                let broken = self.pull::<BREAK, D>(point, slots.end - S::WIDTH, pulled, &mut sum);
+                if broken != 0 {
+                    remaining[(slots.end - S::WIDTH) / LANES - first] &= !broken;
                 }
             }
-            if let (true, Some(breaking)) = (broke, &mut breaking) {
-                let first = self.families.offsets[point] as usize - first_block;
-                let intact = &breaking.intact[first..];
-                breaking.dissipated[place] += self.lost::<D>(law, point, intact, breaking.before);
-            }
-            forces[place] = sum.map(Lanes::total);
-            if bad.is_none() && !forces[place].iter().all(|component| component.is_finite()) {
+            *force = sum.map(|sum| law.factor() * sum.total());
+            if bad.is_none() && !force.iter().all(|component| component.is_finite()) {
                 bad = Some(point);
             }
         }
         bad
     }
 
-    /// Energy per volume of the point in the given lanes: 1/4 c d s^2 L V_j each.
+    /// Adds the forces of bonds that stand from a slot on to the sum. With `BREAK`, gives those of them that break, as
+    /// bits of their block.
     #[inline(always)]
-    fn held<const D: usize>(
+    fn pull<const BREAK: bool, const D: usize>(
         &self,
-        law: impl BondLaw,
-        part: &Part<'_>,
-        deformed: &Deformed<D>,
-        bits: u8,
-    ) -> f64 {
-        let stretch = deformed.stretch();
-        let force = law.own_stiffness(part) * stretch * deformed.volume;
-        0.25 * (force * stretch * Lanes::load(part.lengths)).only(bits).total()
-    }
-
-    /// Energy per volume that the point loses by the bonds that are not in the masks `intact` any more:
-    /// 1/4 c d s s_before L V_j each, with the stretch at which the bond pulled last, where it pulled;
-    /// s_before = s where nothing was before. Bonds break once: this deforms them anew, and leaves the
-    /// registers to the sweep.
-    #[cold]
-    #[inline(never)]
-    fn lost<const D: usize>(
-        &self,
-        law: impl BondLaw,
         point: usize,
-        intact: &[u8],
-        before: Option<&'a [f64]>,
-    ) -> f64 {
-        let mut energy = 0.0;
-        for (block, intact) in self.families.blocks(point).zip(intact) {
-            let broken = self.bonds.intact[block] & !intact;
-            for part in self.parts(block, point).filter(|part| part.bits(broken) != 0) {
-                let bits = part.bits(broken);
-                let deformed = self.deform::<D>(&part);
-                let Some(displacement) = before else {
-                    energy += self.held(law, &part, &deformed, bits);
-                    continue;
-                };
-                let earlier = Self { displacement, ..*self }.deform::<D>(&part).stretch();
-                let pulled = earlier.where_positive(earlier);
-                let force = law.own_stiffness(&part) * deformed.stretch() * deformed.volume;
-                energy += 0.25 * (force * pulled * Lanes::load(part.lengths)).only(bits).total();
+        slot: usize,
+        pulled: Pulled<S::Lanes, D>,
+        sum: &mut [S::Lanes; D],
+    ) -> u8 {
+        let Self { simd, cloud, law } = *self;
+        let (block, lane) = (slot / LANES, slot % LANES);
+        debug_assert!(block < cloud.intact.len());
+        // SAFETY: there is a mask for each block of the lists.
+        let mut bits = unsafe { *cloud.intact.get_unchecked(block) } >> lane;
+        let mut broken = 0;
+        if BREAK {
+            let threshold = law.threshold(simd, &self.part(point, slot));
+            let beyond = pulled.change.above(threshold).bits() & bits;
+            if beyond != 0 {
+                // What is beyond all numbers shall be noticed, and not break.
+                let finite = simd.splat(f64::INFINITY).above(pulled.change).bits();
+                broken = beyond & finite & law.breakable(block) >> lane;
+                bits &= !broken;
             }
         }
-        energy
+        let weight = (pulled.weight * pulled.change.shortfall()).only(simd.mask(bits));
+        for axis in 0..D {
+            sum[axis] = weight.mul_add(pulled.bond[axis], sum[axis]);
+        }
+        broken << lane
     }
 
-    /// W_i = 1/4 sum c d s^2 L V_j of the points of `range`, over each point's own family.
+    /// The bonds of a point from a slot on.
     #[inline(always)]
-    pub(crate) fn energy_density<const D: usize>(
+    fn part(&self, point: usize, slot: usize) -> Part<'a> {
+        let (lanes, families) = (slot..slot + S::WIDTH, self.cloud.families);
+        debug_assert!(lanes.end <= families.neighbors.len());
+        // SAFETY: slots are those of a point's blocks, which end before the lists do, as a cloud has seen.
+        let neighbors = unsafe { families.neighbors.get_unchecked(lanes.clone()) };
+        // SAFETY: as above.
+        let inverses = unsafe { families.inverse_lengths.get_unchecked(lanes) };
+        Part { point, slot, neighbors, inverses }
+    }
+
+    #[inline(always)]
+    fn stretch<const D: usize>(
         &self,
-        law: impl BondLaw,
-        range: Range<usize>,
-        density: &mut [f64],
-    ) {
-        for (value, point) in density.iter_mut().zip(range) {
-            *value = 0.0;
-            for block in self.families.blocks(point) {
-                let mask = self.bonds.intact[block];
-                for part in self.parts(block, point).filter(|part| part.bits(mask) != 0) {
-                    *value += self.held(law, &part, &self.deform::<D>(&part), part.bits(mask));
-                }
-            }
+        point: usize,
+        slot: usize,
+        own: &[S::Lanes; 8],
+    ) -> Pulled<S::Lanes, D> {
+        let Self { simd, cloud, law } = *self;
+        let part = self.part(point, slot);
+        prefetch(&cloud.families.neighbors, slot + AHEAD * LANES);
+        prefetch(&cloud.families.inverse_lengths, slot + AHEAD * LANES);
+        // SAFETY: the search makes neighbours of points of the body alone, and each has a record.
+        let middles = unsafe { simd.columns(cloud.records, 0, part.neighbors) };
+        // SAFETY: as above.
+        let doubles = unsafe { simd.columns(cloud.records, 4, part.neighbors) };
+        let quarter = simd.splat(0.25);
+        let (mut bond, mut product) = ([quarter; D], quarter);
+        for axis in 0..D {
+            let middle = middles[axis] - own[axis];
+            let double = doubles[axis] - own[4 + axis];
+            bond[axis] = double.mul_add(quarter, middle);
+            product = match axis {
+                0 => double * middle,
+                _ => double.mul_add(middle, product),
+            };
+        }
+        let inverse = simd.load(part.inverses);
+        Pulled {
+            bond,
+            change: product * (inverse * inverse),
+            weight: law.weight(simd, &part, inverse, middles[3]),
         }
     }
 }
-
-/// All bonds alike: one material, one horizon, no integrity set by hand.
-#[derive(Clone, Copy)]
-pub(crate) struct Alike<'a> {
-    pub(crate) bond_constant: f64,
-    pub(crate) critical: f64,
-    pub(crate) rule: Option<&'a BreakRule>,
-}
-
-impl BondLaw for Alike<'_> {
-    #[inline(always)]
-    fn stiffness(&self, _: &Part<'_>) -> Lanes {
-        Lanes::splat(self.bond_constant)
-    }
-    #[inline(always)]
-    fn own_stiffness(&self, _: &Part<'_>) -> Lanes {
-        Lanes::splat(self.bond_constant)
-    }
-    #[inline(always)]
-    fn threshold(&self, _: &Part<'_>) -> Lanes {
-        Lanes::splat(self.critical)
-    }
-    #[inline(always)]
-    fn breakable(&self, block: usize) -> u8 {
-        self.rule.map_or(0, |rule| rule.breakable(block))
-    }
-}
-
-/// Bonds that differ by their ends or one by one.
-#[derive(Clone, Copy)]
-pub(crate) struct Various<'a> {
-    pub(crate) bond_constants: &'a Property,
-    pub(crate) families: &'a Families,
-    pub(crate) integrity: Option<&'a [f64]>,
-    /// Factor of each lane by which bonds near a surface are stiffer.
-    pub(crate) correction: Option<&'a [f64]>,
-    pub(crate) rule: Option<&'a BreakRule>,
-}
-
-impl Various<'_> {
-    #[inline(always)]
-    fn constant(&self, point: usize, neighbor: usize, length: f64) -> f64 {
-        self.families.reach.share(point, neighbor, length) * self.bond_constants.at(point)
-    }
-
-    /// Integrity of a bond, and with it what the surface adds.
-    #[inline(always)]
-    fn integrity(&self, slot: usize) -> f64 {
-        let correction = self.correction.map_or(1.0, |values| values[slot]);
-        correction * self.integrity.map_or(1.0, |values| values[slot])
-    }
-
-    /// Bond constant times integrity that acts between both ends of one bond.
-    pub(crate) fn stiffness_of(&self, point: usize, bond: Bond) -> f64 {
-        let Bond { slot, neighbor, length } = bond;
-        let (own, other) =
-            (self.constant(point, neighbor, length), self.constant(neighbor, point, length));
-        let mean = 0.5 * (own + other);
-        mean * self.integrity(slot)
-    }
-
-    /// Bond constant of the point's own material, whatever the bond's integrity; less in the rim of its
-    /// horizon, 0 outside.
-    pub(crate) fn own_constant(&self, point: usize, bond: Bond) -> f64 {
-        self.constant(point, bond.neighbor, bond.length)
-    }
-}
-
-impl BondLaw for Various<'_> {
-    #[inline(always)]
-    fn stiffness(&self, part: &Part<'_>) -> Lanes {
-        Lanes::from_fn(|lane| self.stiffness_of(part.point, part.bond(lane)))
-    }
-    #[inline(always)]
-    fn own_stiffness(&self, part: &Part<'_>) -> Lanes {
-        Lanes::from_fn(|lane| {
-            let bond = part.bond(lane);
-            self.own_constant(part.point, bond) * self.integrity(bond.slot)
-        })
-    }
-    #[inline(always)]
-    fn threshold(&self, part: &Part<'_>) -> Lanes {
-        let Some(rule) = self.rule else { return Lanes::splat(f64::INFINITY) };
-        Lanes::from_fn(|lane| {
-            let bond = part.bond(lane);
-            rule.threshold(bond.slot, part.point, bond.neighbor)
-        })
-    }
-    #[inline(always)]
-    fn breakable(&self, block: usize) -> u8 {
-        self.rule.map_or(0, |rule| rule.breakable(block))
-    }
-}
-
-const _: () = assert!(LANES.is_multiple_of(WIDTH), "a block holds whole parts");

@@ -1,4 +1,4 @@
 //! The inner loops over bonds, eight at a time.
 
 pub(crate) mod bond_based;
-mod lanes;
+pub(crate) mod simd;

@@ -7,6 +7,7 @@ use crate::damage::{BondState, BreakRule, Interface};
 use crate::error::{Result, argument};
 use crate::families::{self, Families, Place, Property, Rim};
 use crate::formulation::{Formulation, Materials, Scene};
+use crate::kernel::simd::SimdLevel;
 use crate::memory;
 use crate::model::{Damage, Model};
 use crate::points::Points;
@@ -24,6 +25,8 @@ pub(crate) struct Plan {
     pub(crate) rule: Option<BreakRule>,
     /// Points closer to the plane of a crack than this belong to its positive side, a length.
     pub(crate) crack_tolerance: f64,
+    /// Instructions that the inner loops run on.
+    pub(crate) simd: SimdLevel,
 }
 
 /// What the host has said of the body besides points and models.
@@ -44,6 +47,7 @@ pub(crate) struct InterfaceRequest {
 impl Plan {
     pub(crate) fn new(
         workers: &Workers,
+        simd: SimdLevel,
         points: &Points,
         models: &[Model],
         model_of: &[u16],
@@ -63,7 +67,7 @@ impl Plan {
         let formulation = (models[0].formulation().prepare)(&materials)?;
         let rule = rule(&materials, &families, requests)?;
         let crack_tolerance = crack_tolerance(points);
-        Ok(Self { dimension, places, density, families, formulation, rule, crack_tolerance })
+        Ok(Self { dimension, places, density, families, formulation, rule, crack_tolerance, simd })
     }
 
     pub(crate) fn count(&self) -> usize {
@@ -96,6 +100,7 @@ impl Plan {
             displacement,
             workers,
             flows: true,
+            simd: self.simd,
             asked: None,
         }
     }

@@ -18,6 +18,7 @@ use std::sync::{Mutex, OnceLock};
 
 use crate::conditions::{ConditionFunction, Conditions, Quantity, Source};
 use crate::error::{Result, argument, state};
+use crate::kernel::simd::SimdLevel;
 use crate::memory;
 use crate::model::Model;
 use crate::output::series::Series;
@@ -69,6 +70,7 @@ pub struct Simulation {
     /// Number of each point's model by inner place; empty while there is only one.
     model_of: Vec<u16>,
     threads: usize,
+    simd: SimdLevel,
     scene_requests: SceneRequests,
     bond_requests: Vec<BondRequest>,
     built: OnceLock<Built>,
@@ -85,7 +87,7 @@ impl Simulation {
     ///
     /// # Errors
     /// `Argument` when the model lacks what it needs or holds what does not fit together or to the
-    /// dimension; `Memory`.
+    /// dimension, or the environment's `PERION_SIMD` names no level; `Memory`.
     pub fn new(points: &Points, model: &Model) -> Result<Self> {
         model.check(points.dimension(), points.horizons().is_some())?;
         let points = points.try_clone()?;
@@ -97,6 +99,7 @@ impl Simulation {
             models,
             model_of: Vec::new(),
             threads: Workers::default_threads(),
+            simd: SimdLevel::of_environment()?,
             scene_requests: SceneRequests::default(),
             bond_requests: Vec::new(),
             built: OnceLock::new(),
@@ -121,6 +124,19 @@ impl Simulation {
             self.built_mut()?.workers = workers;
         }
         self.threads = threads;
+        Ok(())
+    }
+
+    /// Sets the instructions that the inner loops run on. The default is the widest level of the machine, no wider
+    /// than `PERION_SIMD` says: `baseline`, `avx2` or `avx512`.
+    ///
+    /// # Errors
+    /// `Unsupported` for a level that the machine does not have; `State` after set-up.
+    pub fn set_simd(&mut self, level: SimdLevel) -> Result<()> {
+        if self.built.get().is_some() {
+            return refuse_after_setup("the choice of instructions");
+        }
+        self.simd = level.if_available()?;
         Ok(())
     }
 

@@ -288,7 +288,8 @@ impl Simulation {
     fn build(&self) -> Result<(Built, Vec<String>)> {
         let workers = self.start_workers(self.threads)?;
         let requests = &self.scene_requests;
-        let plan = Plan::new(&workers, &self.points, &self.models, &self.model_of, requests)?;
+        let (points, models) = (&self.points, &self.models);
+        let plan = Plan::new(&workers, self.simd, points, models, &self.model_of, requests)?;
         let bonds = BondState::new(&plan.families, plan.records())?;
         let count = plan.count();
         let masks = if plan.rule.is_some() { plan.families.block_count() } else { 0 };
@@ -322,7 +323,7 @@ impl Simulation {
             }
         }
         let Built { plan, workers, bonds, .. } = &mut built;
-        let Plan { dimension, places, families, formulation, .. } = plan;
+        let Plan { dimension, places, families, formulation, simd, .. } = plan;
         formulation.refer_to(&Scene {
             dimension: *dimension,
             places,
@@ -331,6 +332,7 @@ impl Simulation {
             displacement: &[],
             workers,
             flows: true,
+            simd: *simd,
             asked: None,
         })?;
         for request in damage.filter(|request| !is_notch(request)) {

@@ -1,0 +1,161 @@
+//! Arithmetic on a few numbers at once, with the instructions of the machine that it runs on.
+//!
+//! A loop over bonds is a [`Kernel`]: its body is written once, for any [`Simd`], and compiled for each level.
+//! [`SimdLevel::run`] is the one place where a level is entered; all below it is inlined there. Blocks of eight bonds
+//! are computed in parts of [`Simd::WIDTH`]. Each lane is computed by itself, whatever the others hold.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod baseline;
+mod level;
+#[cfg(test)]
+mod tests;
+
+use std::ops::{Add, BitAnd, Div, Mul, Sub};
+
+pub use level::SimdLevel;
+
+/// A loop that is compiled for every level. `run` is to be `#[inline(always)]`, as all that it calls in its
+/// inner loops: what is not inlined, as closures that are called twice and the longer methods of iterators, is compiled
+/// for the baseline and passes lanes through memory.
+pub(crate) trait Kernel {
+    type Output;
+    fn run<S: Simd>(self, simd: S) -> Self::Output;
+}
+
+/// The instructions of a level. A value of such a type exists only where the machine has them.
+#[allow(dead_code)] // what a kernel may want, used yet or not
+pub(crate) trait Simd: Copy {
+    /// Lanes that are computed together: 2, 4 or 8.
+    const WIDTH: usize;
+    type Lanes: Lanes<Mask = Self::Mask>;
+    type Mask: Mask;
+
+    fn splat(self, value: f64) -> Self::Lanes;
+
+    /// The first numbers of `values`, one a lane. Panics when there are fewer.
+    fn load(self, values: &[f64]) -> Self::Lanes;
+
+    /// The number that `lane` gives for each lane.
+    #[inline(always)]
+    fn each(self, mut lane: impl FnMut(usize) -> f64) -> Self::Lanes {
+        let mut values = [0.0; 8];
+        // A loop, since calls of iterators may not be inlined into a level.
+        for (k, value) in values[..Self::WIDTH].iter_mut().enumerate() {
+            *value = lane(k);
+        }
+        self.load(&values)
+    }
+
+    /// The lanes whose bits are set; bits beyond the last lane do not matter.
+    fn mask(self, bits: u8) -> Self::Mask;
+
+    /// Columns `first` to `first + 4` of the rows that `at` names, one row a lane: rows are read whole and turned
+    /// into columns. Panics when `at` has fewer names than there are lanes.
+    ///
+    /// # Safety
+    /// The first `WIDTH` of `at` name rows of the table.
+    unsafe fn columns<const C: usize>(
+        self,
+        table: &[[f64; C]],
+        first: usize,
+        at: &[u32],
+    ) -> [Self::Lanes; 4];
+
+    /// The numbers that `at` names, one a lane. Panics when `at` has fewer names than there are lanes.
+    ///
+    /// # Safety
+    /// The first `WIDTH` of `at` name numbers of the table.
+    #[inline(always)]
+    unsafe fn gather(self, table: &[f64], at: &[u32]) -> Self::Lanes {
+        let at = &at[..Self::WIDTH];
+        // SAFETY: as the caller has promised.
+        self.each(|k| unsafe { *table.get_unchecked(at[k] as usize) })
+    }
+}
+
+/// One number in each lane.
+#[allow(dead_code)] // as above
+pub(crate) trait Lanes:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    type Mask: Mask;
+
+    /// Writes the lanes to the first numbers of `values`. Panics when there is no room.
+    fn store(self, values: &mut [f64]);
+
+    /// self factor + term, rounded once where the level can.
+    fn mul_add(self, factor: Self, term: Self) -> Self;
+
+    /// term - self factor, rounded once where the level can.
+    fn mul_sub_from(self, factor: Self, term: Self) -> Self;
+
+    fn sqrt(self) -> Self;
+
+    /// The larger of both; `other` where these are not numbers.
+    fn max(self, other: Self) -> Self;
+
+    /// 1/x to the last bits, where x and 1/x are normal numbers.
+    fn reciprocal(self) -> Self;
+
+    /// 1/sqrt(x) to the last bits, where x is between 1e-30 and 1e30: squares of lengths are to be divided by one.
+    /// Exactly 1 of 1, and not a number of what is infinite or none.
+    fn reciprocal_root(self) -> Self;
+
+    /// Where these are greater than `other`; nothing is above what is not a number, nor is that above anything.
+    fn above(self, other: Self) -> Self::Mask;
+
+    /// These where the mask is set, else 0.
+    fn only(self, mask: Self::Mask) -> Self;
+
+    /// These where the mask is set, else `other`.
+    fn or(self, mask: Self::Mask, other: Self) -> Self;
+
+    /// 1 - 1/sqrt(1 + z) of these z, right to 2e-19 and to the last bits of z and of 1 + z, and exactly 0 of 0. With 1 + z = (l/L)^2
+    /// this is (l - L)/l. Below 1e-15, where 1 + z is all rounding, it takes 1 + z for 1e-15. Not a number of what
+    /// is infinite or none.
+    fn shortfall(self) -> Self;
+
+    /// The lanes added up, in an order that is the same for all of a level.
+    fn total(self) -> f64;
+}
+
+/// The least 1 + z that [`Lanes::shortfall`] takes the root of.
+const LEAST: f64 = 1e-15;
+
+/// Some of the lanes.
+pub(crate) trait Mask: Copy + BitAnd<Output = Self> {
+    /// One bit a lane.
+    fn bits(self) -> u8;
+}
+
+/// Asks for what stands at an index to be brought near, if there is such a thing.
+#[inline(always)]
+pub(crate) fn prefetch<T>(values: &[T], index: usize) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: part of x86-64, and nothing is read, whatever the address.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(values.as_ptr().wrapping_add(index).cast()) }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (values, index);
+}
+
+/// Operators of a type of lanes, from an unsafe call of its level each.
+macro_rules! operators {
+    ($lanes:ident: $($trait:ident $method:ident = $call:path;)+) => {
+        $(impl std::ops::$trait for $lanes {
+            type Output = Self;
+            #[inline(always)]
+            #[allow(unused_unsafe)] // where all machines have the call
+            fn $method(self, other: Self) -> Self {
+                // SAFETY: lanes of a level exist only where the machine has its instructions.
+                Self(unsafe { $call(self.0, other.0) })
+            }
+        })+
+    };
+}
+use operators;
