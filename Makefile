@@ -28,7 +28,7 @@ BUILD := $(CARGO) build --release --target-dir "$(TARGET)"
 # A library for another machine is cargo's own business.
 unexport CARGO_BUILD_TARGET
 
-.PHONY: all library demo examples test test-long install uninstall bench bindings clean
+.PHONY: all library demo examples test test-long install uninstall bench bench-peers bindings clean
 
 all: library
 	@echo "built: $(LIB)/libperion.so"
@@ -73,8 +73,13 @@ install:
 uninstall:
 	+@$(INSTALLATION) sh scripts/install.sh uninstall
 
+# The table of speed, memory and set-up, or a part of it: make bench BENCH="bond_based cloud 50".
 bench:
-	$(CARGO) bench --bench throughput
+	$(CARGO) bench --target-dir "$(TARGET)" --bench throughput -- $(BENCH)
+
+# The same scenes by other codes that are installed, in turns: make bench-peers BENCH="cloud pmb".
+bench-peers:
+	$(CARGO) bench --target-dir "$(TARGET)" --bench peers -- $(BENCH)
 
 # Writes the header and the Fortran interfaces anew from src/ffi.
 bindings:

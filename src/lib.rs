@@ -52,6 +52,7 @@ mod plan;
 mod points;
 mod simulation;
 mod solver;
+mod sort;
 mod state;
 mod suggest;
 mod tensor;

@@ -30,10 +30,13 @@ type Kept = (Vec<u8>, Option<Vec<f64>>);
 impl BondState {
     /// All bonds intact, and nothing in so many numbers of records.
     pub(crate) fn new(families: &Families, records: usize) -> Result<Self> {
-        let mut intact = memory::filled(0_u8, families.block_count(), PURPOSE)?;
+        // Only the last block of a point may have lanes without a bond.
+        let mut intact = memory::filled(u8::MAX, families.block_count(), PURPOSE)?;
         for point in 0..families.offsets.len() - 1 {
-            for bond in families.bonds(point) {
-                intact[bond.slot / LANES] |= 1 << (bond.slot % LANES);
+            if let Some(last) = families.blocks(point).next_back() {
+                let lanes = &families.neighbors[last * LANES..][..LANES];
+                let bonds = lanes.iter().filter(|&&neighbor| neighbor as usize != point).count();
+                intact[last] = u8::MAX >> (LANES - bonds);
             }
         }
         let records = memory::filled(0.0, records, "the memory of materials")?;

@@ -3,6 +3,7 @@
 //! Needs places and horizons. Gives, for each point, the points within its own horizon or within
 //! whose horizon it lies: each bond stands in the list of both its ends.
 
+mod cells;
 pub(crate) mod crack;
 mod search;
 

@@ -1,26 +1,16 @@
-//! Neighbour search by a cell list.
+//! Neighbour search: who lies within whose horizon.
 //!
-//! Cells have half the horizon as edge; points are counted into them, in O(N). The
-//! cells of a row follow each other, so a point looks at 5 x 5 runs of cells (in 2D at 5). Where the
-//! body leaves most of its bounding box empty, a sorted list of the occupied cells is looked up instead.
-//! Points whose horizons differ by more than a factor of two have cells of their own, so that a few
-//! large horizons do not make all points look far.
+//! Points whose horizons differ by more than a factor of two have cell lists of their own, so that a few
+//! large horizons do not make all points look far. Bonds are found twice: once to count them, and once to write
+//! them where they belong.
 
 use std::ops::Range;
 
+use super::cells::{Bounds, Candidates, Cells};
 use super::{Families, LANES, Place, Property, Reach, Rim, squared_length};
 use crate::error::{Result, argument};
 use crate::memory;
-use crate::workers::{PerPoint, Ragged, Workers};
-
-/// Cells that a horizon reaches over.
-const REACH: f64 = 2.0;
-
-/// Bits of a cell's number along one axis.
-const AXIS_BITS: u32 = 21;
-
-/// A table over all cells is kept where the body fills its bounding box at least this well.
-const TABLE_CELLS_PER_POINT: f64 = 16.0;
+use crate::workers::{BLOCK, PerPoint, Ragged, Workers};
 
 const PURPOSE: &str = "bonds";
 
@@ -36,13 +26,11 @@ pub(crate) fn find(
 ) -> Result<Families> {
     let farthest_of = radii(horizons, rim.as_ref(), farthest)?;
     let reach = Reach { radii: radii(horizons, None, farthest)?, rim };
-    let search = Search::new(dimension, places, &farthest_of, &reach)?;
+    let search = Search::new(workers, dimension, places, &farthest_of, &reach)?;
     let count = places.len();
     let mut sizes = memory::filled(0_u32, count, PURPOSE)?;
     workers.sweep(count, PerPoint(&mut sizes, 1), |range, sizes| {
-        for (size, point) in sizes.0.iter_mut().zip(range) {
-            search.visit(point, |_, _| *size += 1);
-        }
+        search.count(range, sizes.0);
     });
     let mut offsets = memory::reserved(count + 1, PURPOSE)?;
     let mut blocks = 0_u64;
@@ -54,23 +42,13 @@ pub(crate) fn find(
     let lanes = usize::try_from(blocks).ok().and_then(|blocks| blocks.checked_mul(LANES));
     let lanes = lanes.unwrap_or(usize::MAX);
     let mut neighbors = memory::filled(0_u32, lanes, PURPOSE)?;
-    let mut inverse_lengths = memory::filled(1.0_f64, lanes, PURPOSE)?;
+    let mut inverse_lengths = memory::filled(0.0_f64, lanes, PURPOSE)?;
     let outputs = (
         Ragged { values: &mut neighbors, offsets: &offsets, width: LANES },
         Ragged { values: &mut inverse_lengths, offsets: &offsets, width: LANES },
     );
-    workers.sweep(count, outputs, |range, (neighbors, inverses)| {
-        let start = offsets[range.start] as usize * LANES;
-        for point in range {
-            let mut slot = offsets[point] as usize * LANES - start;
-            search.visit(point, |neighbor, length| {
-                neighbors.values[slot] = neighbor;
-                inverses.values[slot] = length.recip();
-                slot += 1;
-            });
-            let end = offsets[point + 1] as usize * LANES - start;
-            neighbors.values[slot..end].fill(point as u32);
-        }
+    workers.sweep(count, outputs, |range, (neighbors, inverse_lengths)| {
+        search.fill(range, &offsets, neighbors.values, inverse_lengths.values);
     });
     if count > 1 && lanes == 0 {
         return argument(no_neighbors(places, horizons));
@@ -127,8 +105,15 @@ struct Search<'a> {
 /// Classes of radii, each up to twice those of the one before; the last holds all larger ones.
 const MOST_CLASSES: usize = 32;
 
+/// Points that look for their neighbours together, at most.
+const MOST_TOGETHER: usize = 16;
+
+/// Edge of the box around them in radii, at most.
+const CLOSE: f64 = 1.4;
+
 impl<'a> Search<'a> {
     fn new(
+        workers: &Workers,
         dimension: usize,
         places: &'a [Place],
         radii: &'a Property,
@@ -137,8 +122,7 @@ impl<'a> Search<'a> {
         let mut classes = memory::reserved(MOST_CLASSES, PURPOSE)?;
         match radii {
             Property::Uniform(radius) => {
-                let all = memory::collected(0..places.len() as u32, PURPOSE)?;
-                classes.push(Cells::new(dimension, places, &all, *radius)?);
+                classes.push(Cells::new(workers, dimension, places, None, *radius)?);
             }
             Property::PerPoint(values) => {
                 let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -155,7 +139,8 @@ impl<'a> Search<'a> {
                         }
                     }
                     if !points.is_empty() {
-                        classes.push(Cells::new(dimension, places, &points, largest)?);
+                        let points = Some(&points[..]);
+                        classes.push(Cells::new(workers, dimension, places, points, largest)?);
                     }
                 }
             }
@@ -163,193 +148,132 @@ impl<'a> Search<'a> {
         Ok(Self { places, radii, reach, classes })
     }
 
-    /// Calls `found` with each neighbour of a point and its distance: in the family of either.
-    #[inline(always)]
-    fn visit(&self, point: usize, mut found: impl FnMut(u32, f64)) {
-        let place = &self.places[point];
-        let own_radius = self.radii.at(point);
-        for cells in &self.classes {
-            cells.visit(place, own_radius.max(cells.radius), |other, other_place| {
-                let [x, y, z] = *other_place;
-                let squared = squared_length(place, &[x, y, z, 0.0]);
-                let radius = match self.radii {
-                    Property::Uniform(radius) => *radius,
-                    Property::PerPoint(values) => own_radius.max(values[other as usize]),
-                };
-                // The square root decides; the squares, with room for rounding, sort out most.
-                if squared <= radius * radius * (1.0 + 1e-14) && other as usize != point {
-                    let length = squared.sqrt();
-                    let belongs = |from: usize, to: usize| self.reach.share(from, to, length) > 0.0;
-                    if length <= radius
-                        && (belongs(point, other as usize) || belongs(other as usize, point))
-                    {
-                        found(other, length);
-                    }
-                }
+    /// Number of neighbours of each point of a range: of those in the family of either.
+    fn count(&self, range: Range<usize>, sizes: &mut [u32]) {
+        let uniform = self.reach.is_sharp_and_uniform();
+        let start = range.start;
+        self.visit(range, |point, place, candidates, most| {
+            let size = &mut sizes[point - start];
+            if uniform {
+                *size += candidates.count_within(place, most) as u32;
+                return;
+            }
+            candidates.for_each_within(place, most, |other, squared| {
+                *size += u32::from(self.are_bonded(point, other as usize, squared));
             });
+        });
+        if uniform {
+            // Each has met itself.
+            sizes.iter_mut().for_each(|size| *size -= 1);
         }
     }
-}
 
-/// Points sorted into cells.
-struct Cells {
-    /// Largest radius of the points.
-    radius: f64,
-    lower: [f64; 3],
-    edge: f64,
-    counts: [i64; 3],
-    /// Points, cell after cell.
-    members: Vec<Member>,
-    lookup: Lookup,
-}
-
-#[derive(Clone, Copy)]
-struct Member {
-    place: [f64; 3],
-    point: u32,
-}
-
-/// How the members of a cell are found.
-enum Lookup {
-    /// First member of each cell of the bounding box, and the end.
-    Table(Vec<u32>),
-    /// Keys of the cells that have members, and the first member of each, and the end.
-    Occupied(Vec<u64>, Vec<u32>),
-}
-
-impl Cells {
-    fn new(dimension: usize, places: &[Place], points: &[u32], radius: f64) -> Result<Self> {
-        let (mut lower, mut upper) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for &point in points {
-            for axis in 0..3 {
-                lower[axis] = lower[axis].min(places[point as usize][axis]);
-                upper[axis] = upper[axis].max(places[point as usize][axis]);
+    /// Writes the neighbours of each point of a range and 1 over how far they are, and fills last blocks up.
+    fn fill(
+        &self,
+        range: Range<usize>,
+        offsets: &[u64],
+        neighbors: &mut [u32],
+        inverse_lengths: &mut [f64],
+    ) {
+        let uniform = self.reach.is_sharp_and_uniform();
+        let lanes_before = |point: usize| (offsets[point] - offsets[range.start]) as usize * LANES;
+        let mut ends = [0; BLOCK];
+        for (end, point) in ends.iter_mut().zip(range.clone()) {
+            *end = lanes_before(point);
+        }
+        self.visit(range.clone(), |point, place, candidates, most| {
+            let end = &mut ends[point - range.start];
+            let lanes = *end..lanes_before(point + 1);
+            let (neighbors, squares) = (&mut neighbors[lanes.clone()], &mut inverse_lengths[lanes]);
+            let mut found = 0;
+            let mut write = |other, squared| {
+                (neighbors[found], squares[found]) = (other, squared);
+                found += 1;
+            };
+            if uniform {
+                candidates.for_each_within(place, most, |other, squared| {
+                    if other as usize != point {
+                        write(other, squared);
+                    }
+                });
+            } else {
+                candidates.for_each_within(place, most, |other, squared| {
+                    if self.are_bonded(point, other as usize, squared) {
+                        write(other, squared);
+                    }
+                });
             }
+            *end += found;
+        });
+        inverse_lengths.iter_mut().for_each(|value| *value = value.sqrt().recip());
+        for (end, point) in ends.into_iter().zip(range.clone()) {
+            let lanes = end..lanes_before(point + 1);
+            neighbors[lanes.clone()].fill(point as u32);
+            inverse_lengths[lanes].fill(1.0);
         }
-        let extent = (0..dimension).map(|axis| upper[axis] - lower[axis]).fold(0.0, f64::max);
-        let most = (1_i64 << AXIS_BITS) as f64 - 1.0;
-        let edge = (radius / REACH).max(extent / most);
-        let counts = [0, 1, 2].map(|axis| ((upper[axis] - lower[axis]) / edge) as i64 + 1);
-        let mut cells = Self {
-            radius,
-            lower,
-            edge,
-            counts,
-            members: memory::reserved(points.len(), PURPOSE)?,
-            lookup: Lookup::Table(Vec::new()),
-        };
-        let total: f64 = counts.iter().map(|&count| count as f64).product();
-        if total <= TABLE_CELLS_PER_POINT * points.len() as f64 {
-            cells.fill_table(places, points, total as usize)?;
-        } else {
-            cells.fill_occupied(places, points)?;
-        }
-        Ok(cells)
     }
 
-    fn cell(&self, place: &[f64]) -> [i64; 3] {
-        [0, 1, 2].map(|axis| ((place[axis] - self.lower[axis]) / self.edge) as i64)
+    /// Whether one is in the family of the other.
+    fn are_bonded(&self, point: usize, other: usize, squared: f64) -> bool {
+        let length = squared.sqrt();
+        let belongs = |from: usize, to: usize| self.reach.share(from, to, length) > 0.0;
+        point != other
+            && length <= self.radii.at(point).max(self.radii.at(other))
+            && (belongs(point, other) || belongs(other, point))
     }
 
-    /// Number of a cell in the table over all of them, x fastest.
-    fn number(&self, cell: [i64; 3]) -> usize {
-        ((cell[2] * self.counts[1] + cell[1]) * self.counts[0] + cell[0]) as usize
-    }
-
-    fn fill_table(&mut self, places: &[Place], points: &[u32], total: usize) -> Result<()> {
-        let mut first = memory::filled(0_u32, total + 1, PURPOSE)?;
-        for &point in points {
-            first[self.number(self.cell(&places[point as usize])) + 1] += 1;
-        }
-        for number in 0..total {
-            first[number + 1] += first[number];
-        }
-        self.members = memory::filled(Member { place: [0.0; 3], point: 0 }, points.len(), PURPOSE)?;
-        for &point in points {
-            let place = &places[point as usize];
-            let number = self.number(self.cell(place));
-            self.members[first[number] as usize] = Member::new(place, point);
-            first[number] += 1;
-        }
-        // Each entry has moved on to where its cell ends, which is where the next one begins.
-        first.rotate_right(1);
-        first[0] = 0;
-        self.lookup = Lookup::Table(first);
-        Ok(())
-    }
-
-    fn fill_occupied(&mut self, places: &[Place], points: &[u32]) -> Result<()> {
-        let keyed = points.iter().map(|&point| (key(self.cell(&places[point as usize])), point));
-        let mut keyed = memory::collected(keyed, PURPOSE)?;
-        keyed.sort_unstable();
-        let (mut occupied, mut first) = (Vec::new(), Vec::new());
-        for (place, &(key, point)) in keyed.iter().enumerate() {
-            if occupied.last() != Some(&key) {
-                memory::push(&mut occupied, key, PURPOSE)?;
-                memory::push(&mut first, place as u32, PURPOSE)?;
-            }
-            self.members.push(Member::new(&places[point as usize], point));
-        }
-        memory::push(&mut first, points.len() as u32, PURPOSE)?;
-        self.lookup = Lookup::Occupied(occupied, first);
-        Ok(())
-    }
-
-    /// Calls `met` with every member in the cells that a ball touches, and its place.
+    /// Calls `met` with each point of a range and its place, with candidates of each class, and with the square of the
+    /// distance up to which these count.
     #[inline(always)]
-    fn visit(&self, place: &Place, radius: f64, mut met: impl FnMut(u32, &[f64; 3])) {
-        // A hair more than the radius, so that rounding never hides a neighbour behind a cell.
-        let reach = radius * (1.0 + 1e-9);
-        let near = |axis: usize| {
-            let from = place[axis] - self.lower[axis];
-            let first = ((from - reach) / self.edge).floor() as i64;
-            let last = ((from + reach) / self.edge).floor() as i64;
-            first.max(0)..last.saturating_add(1).min(self.counts[axis])
-        };
-        let (along_x, along_y, along_z) = (near(0), near(1), near(2));
-        if along_x.is_empty() || along_y.is_empty() || along_z.is_empty() {
-            return;
-        }
-        let rows = (along_y.end - along_y.start).saturating_mul(along_z.end - along_z.start);
-        if rows > self.members.len() as i64 {
-            return self.members.iter().for_each(|member| met(member.point, &member.place));
-        }
-        for z in along_z {
-            for y in along_y.clone() {
-                for member in &self.members[self.run(along_x.clone(), y, z)] {
-                    met(member.point, &member.place);
-                }
+    fn visit(&self, range: Range<usize>, mut met: impl FnMut(usize, &Place, &Candidates, f64)) {
+        let mut room = Candidates::new();
+        let mut rest = range;
+        while !rest.is_empty() {
+            let (group, bounds, radius) = self.group(&rest);
+            rest.start = group.end;
+            for cells in &self.classes {
+                let radius = radius.max(cells.radius);
+                let most = largest_square(radius);
+                cells.visit(&bounds, radius, &mut room, |candidates| {
+                    for point in group.clone() {
+                        met(point, &self.places[point], candidates, most);
+                    }
+                });
             }
         }
     }
 
-    /// The members of consecutive cells of a row.
-    #[inline(always)]
-    fn run(&self, x: Range<i64>, y: i64, z: i64) -> Range<usize> {
-        match &self.lookup {
-            Lookup::Table(first) => {
-                let row = self.number([x.start, y, z]);
-                first[row] as usize..first[row + (x.end - x.start) as usize] as usize
+    /// The first points of a range that look for their neighbours together: they stand close to each other and have much
+    /// the same radius. Gives them, the box around them and the largest radius.
+    fn group(&self, range: &Range<usize>) -> (Range<usize>, Bounds, f64) {
+        let first = range.start;
+        let mut radius = self.radii.at(first);
+        let mut bounds = Bounds::EMPTY.with(&self.places[first]);
+        let mut end = first + 1;
+        while end < range.end.min(first + MOST_TOGETHER) {
+            let (wider, own) = (bounds.with(&self.places[end]), self.radii.at(end));
+            if wider.longest_edge() > CLOSE * radius || own > 2.0 * radius || 2.0 * own < radius {
+                break;
             }
-            Lookup::Occupied(keys, first) => {
-                let start = keys.partition_point(|&known| known < key([x.start, y, z]));
-                let end =
-                    start + keys[start..].partition_point(|&known| known < key([x.end, y, z]));
-                first[start] as usize..first[end] as usize
-            }
+            (bounds, radius) = (wider, own.max(radius));
+            end += 1;
         }
+        (first..end, bounds, radius)
     }
 }
 
-impl Member {
-    fn new(place: &Place, point: u32) -> Self {
-        Self { place: [place[0], place[1], place[2]], point }
+/// The largest number whose square root is not above the radius: whether squares are below it tells the same as
+/// whether their roots are below the radius.
+fn largest_square(radius: f64) -> f64 {
+    let mut square = (radius * radius).min(f64::MAX);
+    while square.sqrt() > radius {
+        square = square.next_down();
     }
-}
-
-/// A cell's number along each axis in one word, x fastest.
-fn key(cell: [i64; 3]) -> u64 {
-    (((cell[2] as u64) << AXIS_BITS | cell[1] as u64) << AXIS_BITS) + cell[0] as u64
+    while square < f64::MAX && square.next_up().sqrt() <= radius {
+        square = square.next_up();
+    }
+    square
 }
 
 #[cfg(test)]
@@ -405,6 +329,33 @@ mod tests {
         check_against_all_pairs(&cloud(400, 1.0), &Property::PerPoint(few_large));
         let many_sizes = (0..400).map(|k| 1e-3 * 1.03_f64.powi(k)).collect();
         check_against_all_pairs(&cloud(400, 1.0), &Property::PerPoint(many_sizes));
+    }
+
+    #[test]
+    fn squares_up_to_the_largest_have_roots_up_to_the_radius() {
+        let usual = (1..200).map(|k| 0.37 * f64::from(k));
+        for radius in usual.chain([1e-200, 1e-160, 3.7e-155, 1e153, 1e154, 1e200]) {
+            let most = largest_square(radius);
+            assert!(most.sqrt() <= radius, "{radius}");
+            assert!(most == f64::MAX || most.next_up().sqrt() > radius, "{radius}");
+        }
+    }
+
+    #[test]
+    fn the_bits_of_families_do_not_depend_on_threads() {
+        let places = cloud(3000, 1.0);
+        let of = |threads: usize| {
+            let workers = Workers::new(threads).unwrap();
+            find(&workers, 3, &places, &Property::Uniform(0.13), None, 1.0).unwrap()
+        };
+        let one = of(1);
+        for threads in [2, 4] {
+            let more = of(threads);
+            assert_eq!(
+                (&one.neighbors, &one.inverse_lengths),
+                (&more.neighbors, &more.inverse_lengths)
+            );
+        }
     }
 
     #[test]

@@ -3,9 +3,11 @@
 //! One model and one horizon need no per-point constants; a body in which nothing can break needs no
 //! rule, and no second bond mask.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use crate::damage::{BondState, BreakRule, Interface};
 use crate::error::{Result, argument};
-use crate::families::{self, Families, Place, Property, Rim};
+use crate::families::{self, Families, LANES, Place, Property, Rim};
 use crate::formulation::{Formulation, Materials, Scene};
 use crate::kernel::simd::SimdLevel;
 use crate::memory;
@@ -63,7 +65,7 @@ impl Plan {
         let farthest = points.order().farthest;
         let rim = rim(points, &models[0], &horizons)?;
         let families = families::find(workers, dimension, &places, &horizons, rim, farthest)?;
-        refuse_bonds_without_length(points, &families)?;
+        refuse_bonds_without_length(workers, points, &families)?;
         let formulation = (models[0].formulation().prepare)(&materials)?;
         let rule = rule(&materials, &families, requests)?;
         let crack_tolerance = crack_tolerance(points);
@@ -119,9 +121,20 @@ impl Plan {
 }
 
 /// Points can be so close that the square of their distance is no longer a number above zero.
-fn refuse_bonds_without_length(points: &Points, families: &Families) -> Result<()> {
+fn refuse_bonds_without_length(
+    workers: &Workers,
+    points: &Points,
+    families: &Families,
+) -> Result<()> {
     let host = &points.order().host;
-    for point in 0..host.len() {
+    let first = AtomicUsize::new(usize::MAX);
+    workers.sweep(host.len(), (), |range, ()| {
+        let lanes = [range.start, range.end].map(|point| families.offsets[point] as usize * LANES);
+        if families.inverse_lengths[lanes[0]..lanes[1]].contains(&f64::INFINITY) {
+            first.fetch_min(range.start, Ordering::Relaxed);
+        }
+    });
+    for point in first.into_inner()..host.len() {
         if let Some(bond) = families.bonds(point).find(|bond| bond.length == 0.0) {
             return argument(format!(
                 "points {} and {} are too close to tell their distance; use other units",

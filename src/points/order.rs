@@ -3,12 +3,15 @@
 
 use crate::error::Result;
 use crate::memory;
+use crate::sort::ByKey;
 
 /// Points a brick holds on average, were they spread evenly.
 const POINTS_PER_BRICK: f64 = 64.0;
 
-/// Bricks per axis, a bound that lets three brick numbers share one word.
+/// Bricks per axis at most, in bodies of next to no width.
 const MOST_BRICKS: f64 = 2_097_151.0;
+
+const PURPOSE: &str = "the order of the points";
 
 /// The inner order, both ways, and the body's centre.
 #[derive(Debug)]
@@ -44,33 +47,38 @@ impl Order {
             }
             place
         };
+        // One more than there are, should rounding carry the last point over an edge.
+        let bricks = extent.map(|length| (length / edge).min(MOST_BRICKS) as usize + 2);
         let brick = |place: &[f64; 3]| {
-            (0..3).rev().fold(0_u64, |key, axis| {
-                let number = ((place[axis] + 0.5 * extent[axis]) / edge).floor();
-                key << 21 | number.clamp(0.0, MOST_BRICKS) as u64
+            (0..3).rev().fold(0, |number, axis| {
+                let along = ((place[axis] + 0.5 * extent[axis]) / edge) as usize;
+                number * bricks[axis] + along.min(bricks[axis] - 1)
             })
         };
-        let mut keyed = memory::collected(
-            (0..count).map(|point| (brick(&centred(point)), point as u32)),
-            "the order of the points",
-        )?;
-        keyed.sort_unstable_by(|first, second| {
-            let (a, b) = (centred(first.1 as usize), centred(second.1 as usize));
-            let along = |axis: usize| a[axis].total_cmp(&b[axis]);
-            (first.0.cmp(&second.0))
-                .then_with(|| along(2).then_with(|| along(1)).then_with(|| along(0)))
-        });
-        for pair in keyed.windows(2) {
-            let (first, second) = (pair[0].1 as usize, pair[1].1 as usize);
-            if centred(first) == centred(second) {
+        let numbers = (0..count).map(|point| brick(&centred(point)) as u32);
+        let numbers = memory::collected(numbers, PURPOSE)?;
+        let ByKey { indices: mut host, first } =
+            ByKey::new(&numbers, bricks.iter().product(), PURPOSE)?;
+        let largest = first.windows(2).map(|ends| ends[1] - ends[0]).max().unwrap_or(0);
+        let mut members: Vec<([f64; 3], u32)> = memory::reserved(largest as usize, PURPOSE)?;
+        for ends in first.windows(2).filter(|ends| ends[0] < ends[1]) {
+            let brick = &mut host[ends[0] as usize..ends[1] as usize];
+            members.clear();
+            members.extend(brick.iter().map(|&point| (centred(point as usize), point)));
+            members.sort_unstable_by(|(a, _), (b, _)| {
+                let along = |axis: usize| a[axis].total_cmp(&b[axis]);
+                along(2).then_with(|| along(1)).then_with(|| along(0))
+            });
+            if let Some(pair) = members.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+                let (first, second) = (pair[0].1 as usize, pair[1].1 as usize);
                 return Ok(Err(Coincident(first.min(second), first.max(second))));
             }
+            brick.iter_mut().zip(&members).for_each(|(point, member)| *point = member.1);
         }
-        let host = memory::collected(keyed.iter().map(|entry| entry.1), "the order of the points")?;
         let place = if host.iter().enumerate().all(|(place, &point)| place == point as usize) {
             None
         } else {
-            let mut places = memory::filled(0, count, "the order of the points")?;
+            let mut places = memory::filled(0, count, PURPOSE)?;
             for (place, &point) in host.iter().enumerate() {
                 places[point as usize] = place as u32;
             }
@@ -87,13 +95,13 @@ impl Order {
 
     pub(super) fn try_clone(&self) -> Result<Self> {
         let place = match &self.place {
-            Some(places) => Some(memory::copied(places, "the order of the points")?),
+            Some(places) => Some(memory::copied(places, PURPOSE)?),
             None => None,
         };
         Ok(Self {
             centre: self.centre,
             farthest: self.farthest,
-            host: memory::copied(&self.host, "the order of the points")?,
+            host: memory::copied(&self.host, PURPOSE)?,
             place,
         })
     }

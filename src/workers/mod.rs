@@ -168,6 +168,13 @@ impl<T: Send> Outputs for Ragged<'_, T> {
     }
 }
 
+/// Nothing.
+impl Outputs for () {
+    fn split(self, _: usize, _: usize) -> (Self, Self) {
+        ((), ())
+    }
+}
+
 impl<A: Outputs> Outputs for Option<A> {
     fn split(self, first: usize, at: usize) -> (Self, Self) {
         match self {
