@@ -11,7 +11,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
-use perion::{Error, Field, Model, Points, Quantity, Result, Simulation};
+use perion::{Error, FORMULATIONS, Field, Model, Points, Quantity, Result, Simulation};
 
 /// Requests that may grow with the input; smaller ones are outside the promise.
 const LARGE: usize = 4096;
@@ -197,6 +197,52 @@ fn a_step_asks_for_no_memory() {
         simulation.step(time_step, 50).unwrap();
         assert_eq!(LARGE_REQUESTS.load(Ordering::Relaxed), before, "{threads} threads");
     }
+}
+
+#[test]
+fn a_step_of_any_formulation_asks_for_no_memory() {
+    let _alone = alone();
+    let points = Points::block(3, &[0.0; 3], &[12.0, 10.0, 6.0], 1.0).unwrap();
+    for formulation in &FORMULATIONS {
+        let mut model = Model::new(formulation.name).unwrap();
+        for (key, value) in [("density", 1.0), ("youngs_modulus", 1.0), ("horizon", 3.015)] {
+            model.set(key, value).unwrap();
+        }
+        if formulation.name != "bond_based" {
+            model.set("poissons_ratio", 0.2).unwrap();
+        }
+        model.set("critical_stretch", 0.01).unwrap();
+        for threads in [1, 2] {
+            let mut simulation = Simulation::new(&points, &model).unwrap();
+            simulation.set_threads(threads).unwrap();
+            // Some bonds break under way.
+            let stretched = points.coordinates().iter().map(|x| 2e-4 * x * x);
+            let displacement: Vec<f64> = stretched.collect();
+            simulation.set(Field::Displacement, &displacement).unwrap();
+            simulation.step(1e-3, 1).unwrap();
+            let before = LARGE_REQUESTS.load(Ordering::Relaxed);
+            simulation.step(1e-3, 5).unwrap();
+            let requests = LARGE_REQUESTS.load(Ordering::Relaxed) - before;
+            assert_eq!(requests, 0, "{}, {threads} threads", formulation.name);
+        }
+    }
+}
+
+#[test]
+fn a_bond_of_a_cloud_that_can_break_takes_less_than_13_bytes_at_each_end() {
+    let _alone = alone();
+    let lattice = Points::block(3, &[0.0; 3], &[40.0; 3], 1.0).unwrap();
+    let jitter = |k: usize| 0.4 * ((k as f64 * 0.7548776662).fract() - 0.5);
+    let places: Vec<f64> =
+        lattice.coordinates().iter().enumerate().map(|(k, x)| x + jitter(k)).collect();
+    let points = Points::new(3, &places, lattice.volumes()).unwrap();
+    let mut model = model();
+    model.set("horizon", 3.015).unwrap();
+    let simulation = Simulation::new(&points, &model).unwrap();
+    let ends = 2.0 * simulation.bond_count().unwrap() as f64;
+    let bytes = simulation.memory().bonds as f64 / ends;
+    // 12 and two bits, and what fills families up to whole blocks of eight.
+    assert!((12.25..13.0).contains(&bytes), "{bytes}");
 }
 
 #[test]
