@@ -87,6 +87,11 @@ impl Weights {
         self.influence.at(point).value(self.dimension, length.min(horizon), horizon)
     }
 
+    /// The influence function, if all points share it.
+    pub(super) fn influence(&self) -> Option<&Influence> {
+        self.influence.only()
+    }
+
     /// Whether both ends give a bond the same weight.
     fn are_shared(&self) -> bool {
         self.influence.only().is_some() && matches!(self.horizons, Property::Uniform(_))

@@ -8,6 +8,7 @@ mod breaking;
 mod constants;
 mod correspondence;
 mod gradient;
+mod in_lanes;
 mod kinematics;
 mod lagrangian;
 mod laws;

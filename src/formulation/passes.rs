@@ -1,9 +1,11 @@
 //! What a state-based formulation says of itself: its passes over the families, and what it keeps.
 
 use super::Kinematics;
+use super::Scene;
 use super::body::{Body, Weights};
 use super::breaking::Near;
 use super::laws::Laws;
+use crate::damage::Breaking;
 use crate::material::Deformation;
 use crate::tensor::Vector;
 
@@ -56,6 +58,28 @@ pub(super) trait Passes: Sized + Send + Sync {
         if let Some(laws) = self.laws() {
             laws.ask(body, self, left, near, records);
         }
+    }
+
+    /// Numbers that its sweeps in lanes write aside; 0 where it has none.
+    fn room_of_lanes(&self, _points: usize, _dimension: usize) -> usize {
+        0
+    }
+
+    /// Whether the forces of a scene can be swept in lanes.
+    fn runs_in_lanes(&self, _scene: &Scene<'_>) -> bool {
+        false
+    }
+
+    /// All forces of such a scene. With `breaking`, bonds that the rule condemns break in its masks first; what that
+    /// dissipates is not its concern. Gives the first point whose force is not finite.
+    fn sweep_lanes<const D: usize>(
+        &self,
+        _scene: &Scene<'_>,
+        _scratch: &mut [f64],
+        _force: &mut [f64],
+        _breaking: &mut Option<Breaking<'_>>,
+    ) -> Option<usize> {
+        None
     }
 
     /// Numbers a point that the first pass leaves for the second.

@@ -225,9 +225,13 @@ impl<P: Passes> StateBased<P> {
 
     /// Breaks the bonds that the rule condemns, and books what points lose by it.
     fn break_bonds(&self, scene: &Scene<'_>, scratch: &mut [f64], breaking: &mut Breaking<'_>) {
-        if !breaking::break_stretched(scene, breaking) {
-            return;
+        if breaking::break_stretched(scene, breaking) {
+            self.book(scene, scratch, breaking);
         }
+    }
+
+    /// Books what points lose by the bonds that have broken.
+    fn book(&self, scene: &Scene<'_>, scratch: &mut [f64], breaking: &mut Breaking<'_>) {
         let room = breaking::room(scene.places.len(), scene.dimension);
         let (scratch, own) = scratch.split_at_mut(scratch.len() - room);
         let needs_pass = self.passes.energy_needs_pass();
@@ -295,7 +299,8 @@ impl<P: Passes> Formulation for StateBased<P> {
         let lanes = blocks * LANES * self.passes.lane_width(dimension);
         let room = if breaks { breaking::room(points, dimension) } else { 0 };
         let records = self.records(points, blocks);
-        records + points * passes * self.passes.width(dimension) + lanes + room
+        let passes = records + points * passes * self.passes.width(dimension) + lanes;
+        passes.max(self.passes.room_of_lanes(points, dimension)) + room
     }
 
     fn was_stopped(&self) -> bool {
@@ -315,6 +320,18 @@ impl<P: Passes> Formulation for StateBased<P> {
     ) -> Option<usize> {
         let mut bonds = scene.bonds;
         let mut breaking = breaking;
+        if self.passes.runs_in_lanes(scene) {
+            let bad = match scene.dimension {
+                3 => self.passes.sweep_lanes::<3>(scene, scratch, force, &mut breaking),
+                _ => self.passes.sweep_lanes::<2>(scene, scratch, force, &mut breaking),
+            };
+            if let Some(breaking) = &mut breaking
+                && breaking.intact != scene.bonds.intact
+            {
+                self.book(scene, scratch, breaking);
+            }
+            return bad;
+        }
         if let Some(breaking) = &mut breaking {
             self.break_bonds(scene, scratch, breaking);
         }

@@ -1,4 +1,6 @@
 //! The inner loops over bonds, eight at a time.
 
 pub(crate) mod bond_based;
+pub(crate) mod family;
+pub(crate) mod ordinary_state_based;
 pub(crate) mod simd;

@@ -9,6 +9,7 @@ mod degenerate;
 mod energies;
 mod host_law;
 mod ledger;
+mod levels;
 mod lps_plastic;
 mod materials;
 mod memory;

@@ -1,0 +1,77 @@
+//! What formulations share whose forces are swept in lanes: scenes in which bonds count alike but for their length,
+//! tables of points in the scratch, and bonds that break on the way.
+
+use super::Scene;
+use super::body::Weights;
+use crate::damage::Breaking;
+use crate::families::{Families, Property};
+use crate::kernel::family::{BreakHere, Family, Limits, Omega, Record};
+use crate::workers::{PerPoint, Ragged};
+
+/// Numbers beyond those of tables that let the first of them begin a line of the cache.
+pub(super) const SLACK: usize = 7;
+
+/// The influence of a scene in which all points share horizon and influence function, no bond counts in part and none
+/// is weakened; `None` of others.
+pub(super) fn omega(scene: &Scene<'_>, weights: &Weights) -> Option<Omega> {
+    let plain = scene.families.reach.is_sharp_and_uniform()
+        && scene.bonds.integrity.is_none()
+        && weights.correction.is_none();
+    let (true, Some(&influence), Property::Uniform(horizon)) =
+        (plain, weights.influence(), &weights.horizons)
+    else {
+        return None;
+    };
+    Some(Omega { influence, dimension: scene.dimension, horizon: *horizon })
+}
+
+/// A table of so many rows from the front of the scratch, and the rest of it.
+pub(super) fn table<const C: usize>(
+    scratch: &mut [f64],
+    rows: usize,
+) -> (&mut [[f64; C]], &mut [f64]) {
+    let ahead = scratch.as_ptr().align_offset(64).min(SLACK);
+    let (table, rest) = scratch[ahead..].split_at_mut(rows * C);
+    (table.as_chunks_mut().0, rest)
+}
+
+/// Fills in the records of all points.
+pub(super) fn record<const D: usize>(scene: &Scene<'_>, records: &mut [Record]) {
+    let (shifts, _) = scene.displacement.as_chunks::<D>();
+    scene.workers.sweep(scene.places.len(), PerPoint(records, 1), |range, records| {
+        for (record, point) in records.0.iter_mut().zip(range) {
+            *record = [0.0; 8];
+            record[..4].copy_from_slice(&scene.places[point]);
+            record[4..4 + D].copy_from_slice(&shifts[point]);
+        }
+    });
+}
+
+/// The families of a scene with records of its points, and bonds as they are.
+pub(super) fn family<'a>(scene: &Scene<'a>, records: &'a [Record], omega: Omega) -> Family<'a> {
+    Family::new(scene.families, records, scene.bonds.intact, omega)
+}
+
+/// The masks that bonds break in, to be shared out.
+pub(super) fn masks<'a>(
+    scene: &Scene<'a>,
+    breaking: &'a mut Option<Breaking<'_>>,
+) -> (Option<Ragged<'a, u8>>, Option<Limits<'a>>) {
+    let offsets = &scene.families.offsets;
+    let Some(Breaking { rule, intact, .. }) = breaking else { return (None, None) };
+    (Some(Ragged { values: intact, offsets, width: 1 }), Some(Limits::new(rule)))
+}
+
+/// Bonds that break in a part of a sweep, from masks as they were.
+pub(super) fn break_here<'a>(
+    scene: &Scene<'_>,
+    first_point: usize,
+    masks: Option<Ragged<'a, u8>>,
+    limits: Option<Limits<'a>>,
+) -> Option<BreakHere<'a>> {
+    let (masks, limits) = (masks?, limits?);
+    let Families { offsets, .. } = scene.families;
+    let (first, remaining) = (offsets[first_point] as usize, masks.values);
+    remaining.copy_from_slice(&scene.bonds.intact[first..first + remaining.len()]);
+    Some(BreakHere { limits, remaining, first })
+}

@@ -1,0 +1,293 @@
+//! Families in lanes: what the sweeps of state-based formulations read of their bonds.
+//!
+//! Where all points share horizon and influence function, both ends of a bond give it the same weight, and a family is
+//! the whole list of a point.
+
+use super::simd::{Lanes, Mask, Simd, prefetch};
+use crate::damage::BreakRule;
+use crate::families::{Families, LANES};
+use crate::model::Influence;
+
+/// A point in a line of the cache: place, volume, displacement and a number that does not matter.
+pub(crate) type Record = [f64; 8];
+
+/// What the sweeps read.
+#[derive(Clone, Copy)]
+pub(crate) struct Family<'a> {
+    families: &'a Families,
+    records: &'a [Record],
+    /// One bit a lane.
+    intact: &'a [u8],
+    omega: Omega,
+}
+
+/// omega(L), the same for all points.
+#[derive(Clone, Copy)]
+pub(crate) struct Omega {
+    pub(crate) influence: Influence,
+    pub(crate) dimension: usize,
+    pub(crate) horizon: f64,
+}
+
+/// Bonds that are computed together.
+#[derive(Clone, Copy)]
+pub(super) struct Bonds<F, const D: usize> {
+    /// xi
+    pub(super) reference: [F; D],
+    /// eta - xi
+    pub(super) moved: [F; D],
+    /// What the records have behind place and displacement.
+    pub(super) volume: F,
+    pub(super) last: F,
+}
+
+/// Lengths of bonds.
+#[derive(Clone, Copy)]
+pub(super) struct Lengths<F> {
+    /// L^2
+    pub(super) squared: F,
+    /// l^2 - L^2, exactly 0 where the ends move alike; the same bits from both ends.
+    pub(super) change: F,
+}
+
+/// How far bonds are stretched.
+#[derive(Clone, Copy)]
+pub(super) struct Stretches<F> {
+    /// L/l
+    pub(super) shrunk: F,
+    /// l/L - 1
+    pub(super) stretch: F,
+}
+
+/// Blocks that are asked for ahead of their turn.
+const AHEAD: usize = 24;
+
+/// Least (l/L)^2 that a root is taken of.
+const LEAST: f64 = 1e-15;
+
+impl<'a> Family<'a> {
+    /// Panics when there is not a record a point and a mask a block.
+    pub(crate) fn new(
+        families: &'a Families,
+        records: &'a [Record],
+        intact: &'a [u8],
+        omega: Omega,
+    ) -> Self {
+        let Families { offsets, neighbors, inverse_lengths, .. } = families;
+        assert_eq!(records.len() + 1, offsets.len());
+        assert_eq!(offsets[records.len()] as usize, intact.len());
+        assert_eq!(neighbors.len(), intact.len() * LANES);
+        assert_eq!(inverse_lengths.len(), intact.len() * LANES);
+        Self { families, records, intact, omega }
+    }
+
+    /// First slot of a point, and the end of its slots.
+    #[inline(always)]
+    pub(super) fn slots(&self, point: usize) -> (usize, usize) {
+        let offsets = &self.families.offsets;
+        (offsets[point] as usize * LANES, offsets[point + 1] as usize * LANES)
+    }
+
+    #[inline(always)]
+    pub(super) fn record(&self, point: usize) -> &'a Record {
+        &self.records[point]
+    }
+
+    /// Which of the bonds from a slot on are there; what lies beyond the lanes does not matter.
+    #[inline(always)]
+    pub(super) fn bits(&self, slot: usize) -> u8 {
+        debug_assert!(slot / LANES < self.intact.len());
+        // SAFETY: slots are those of a point's blocks, and there is a mask for each block of the lists.
+        unsafe { *self.intact.get_unchecked(slot / LANES) >> (slot % LANES) }
+    }
+
+    #[inline(always)]
+    fn neighbors<S: Simd>(&self, slot: usize) -> &'a [u32] {
+        debug_assert!(slot + S::WIDTH <= self.families.neighbors.len());
+        // SAFETY: slots are those of a point's blocks, which end before the lists do.
+        unsafe { self.families.neighbors.get_unchecked(slot..slot + S::WIDTH) }
+    }
+
+    /// The bonds from a slot on, as seen from a point with the record given.
+    #[inline(always)]
+    pub(super) fn bonds<S: Simd, const D: usize>(
+        &self,
+        simd: S,
+        own: &[S::Lanes; 8],
+        slot: usize,
+    ) -> Bonds<S::Lanes, D> {
+        let neighbors = self.neighbors::<S>(slot);
+        prefetch(&self.families.neighbors, slot + AHEAD * LANES);
+        // SAFETY: the search makes neighbours of points of the body alone, and each has a record.
+        let places = unsafe { simd.columns(self.records, 0, neighbors) };
+        // SAFETY: as above.
+        let shifts = unsafe { simd.columns(self.records, 4, neighbors) };
+        let (mut reference, mut moved) = ([places[0]; D], [places[0]; D]);
+        for axis in 0..D {
+            reference[axis] = places[axis] - own[axis];
+            moved[axis] = shifts[axis] - own[4 + axis];
+        }
+        Bonds { reference, moved, volume: places[3], last: shifts[3] }
+    }
+
+    /// omega times another factor, of the bonds from a slot on.
+    #[inline(always)]
+    pub(super) fn weighted<S: Simd>(&self, simd: S, slot: usize, factor: S::Lanes) -> S::Lanes {
+        match self.omega.influence {
+            Influence::Constant => factor,
+            _ => factor * self.weights(simd, slot),
+        }
+    }
+
+    /// omega of the bonds from a slot on; in the rim of the horizon that at the horizon.
+    #[inline(always)]
+    pub(super) fn weights<S: Simd>(&self, simd: S, slot: usize) -> S::Lanes {
+        let Omega { influence, dimension, horizon } = self.omega;
+        debug_assert!(slot + S::WIDTH <= self.families.inverse_lengths.len());
+        prefetch(&self.families.inverse_lengths, slot + AHEAD * LANES);
+        // SAFETY: slots are those of a point's blocks, which end before the lists do.
+        let inverses =
+            unsafe { self.families.inverse_lengths.get_unchecked(slot..slot + S::WIDTH) };
+        let one = simd.splat(1.0);
+        // horizon/L
+        let closeness = (simd.load(inverses) * simd.splat(horizon)).max(one);
+        match influence {
+            Influence::Constant => one,
+            Influence::Inverse => closeness,
+            Influence::Conical => one - closeness.reciprocal(),
+            Influence::CubicSpline => {
+                let scale = simd.splat(influence.value(dimension, 0.0, horizon));
+                let q = closeness.reciprocal();
+                let rest = one - q;
+                let near = (simd.splat(6.0) * q * q).mul_sub_from(rest, one);
+                let far = simd.splat(2.0) * rest * rest * rest;
+                scale * far.or(q.above(simd.splat(0.5)), near)
+            }
+        }
+    }
+}
+
+impl<F: Lanes, const D: usize> Bonds<F, D> {
+    #[inline(always)]
+    pub(super) fn lengths<S: Simd<Lanes = F>>(&self, simd: S) -> Lengths<F> {
+        let half = simd.splat(0.5);
+        let (mut squared, mut change) = (half, half);
+        for axis in 0..D {
+            let (x, moved) = (self.reference[axis], self.moved[axis]);
+            let middle = moved.mul_add(half, x);
+            (squared, change) = match axis {
+                0 => (x * x, moved * middle),
+                _ => (x.mul_add(x, squared), moved.mul_add(middle, change)),
+            };
+        }
+        Lengths { squared, change: change + change }
+    }
+
+    /// eta
+    #[inline(always)]
+    pub(super) fn deformed(&self) -> [F; D] {
+        let mut deformed = self.reference;
+        for (axis, moved) in self.moved.into_iter().enumerate() {
+            deformed[axis] = deformed[axis] + moved;
+        }
+        deformed
+    }
+}
+
+impl<F: Lanes> Lengths<F> {
+    /// Not a number in lanes without a bond.
+    #[inline(always)]
+    pub(super) fn stretches<S: Simd<Lanes = F>>(&self, simd: S) -> Stretches<F> {
+        let one = simd.splat(1.0);
+        let change = self.change * self.squared.reciprocal();
+        let shortfall = change.shortfall();
+        let shrunk = one - shortfall;
+        let ratio = (one + change).max(simd.splat(LEAST));
+        Stretches { shrunk, stretch: shortfall * (ratio * shrunk) }
+    }
+}
+
+/// When bonds break.
+#[derive(Clone, Copy)]
+pub(crate) struct Limits<'a> {
+    rule: &'a BreakRule,
+    /// (l/L)^2 - 1 beyond which they do, if all share it.
+    uniform: Option<f64>,
+}
+
+/// (l/L)^2 - 1 at a stretch.
+#[inline(always)]
+fn squared_ratio_less_one(stretch: f64) -> f64 {
+    stretch * (2.0 + stretch)
+}
+
+impl<'a> Limits<'a> {
+    pub(crate) fn new(rule: &'a BreakRule) -> Self {
+        Self { rule, uniform: rule.uniform().map(squared_ratio_less_one) }
+    }
+
+    /// Which of the bonds from a slot on, of those in `bits`, are to break.
+    #[inline(always)]
+    pub(super) fn beyond<S: Simd>(
+        &self,
+        simd: S,
+        family: &Family<'_>,
+        (point, slot): (usize, usize),
+        lengths: &Lengths<S::Lanes>,
+        bits: u8,
+    ) -> u8 {
+        let threshold = match self.uniform {
+            Some(threshold) => simd.splat(threshold),
+            None => self.various(simd, family, point, slot),
+        };
+        let beyond = lengths.change.above(threshold * lengths.squared).bits() & bits;
+        if beyond == 0 {
+            return 0;
+        }
+        // What is beyond all numbers shall be noticed, and not break.
+        let finite = simd.splat(f64::INFINITY).above(lengths.change).bits();
+        beyond & finite & self.rule.breakable(slot / LANES) >> (slot % LANES)
+    }
+
+    #[inline(always)]
+    fn various<S: Simd>(
+        &self,
+        simd: S,
+        family: &Family<'_>,
+        point: usize,
+        slot: usize,
+    ) -> S::Lanes {
+        let neighbors = family.neighbors::<S>(slot);
+        simd.each(|lane| {
+            let stretch = self.rule.threshold(slot + lane, point, neighbors[lane] as usize);
+            squared_ratio_less_one(stretch)
+        })
+    }
+}
+
+/// Bonds that break in a sweep: the rule, and the masks of the sweep's blocks.
+pub(crate) struct BreakHere<'a> {
+    pub(crate) limits: Limits<'a>,
+    pub(crate) remaining: &'a mut [u8],
+    /// First block of the sweep.
+    pub(crate) first: usize,
+}
+
+impl BreakHere<'_> {
+    /// Takes those of the bonds from a slot on that are to break out of `bits` and out of the masks.
+    #[inline(always)]
+    pub(super) fn at<S: Simd>(
+        &mut self,
+        simd: S,
+        family: &Family<'_>,
+        at: (usize, usize),
+        lengths: &Lengths<S::Lanes>,
+        bits: &mut u8,
+    ) {
+        let broken = self.limits.beyond(simd, family, at, lengths, *bits);
+        if broken != 0 {
+            *bits &= !broken;
+            self.remaining[at.1 / LANES - self.first] &= !(broken << (at.1 % LANES));
+        }
+    }
+}

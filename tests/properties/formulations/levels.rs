@@ -1,0 +1,173 @@
+//! Sweeps in lanes, on every level of instructions that the machine has, against the loops over single bonds that bodies
+//! with an integrity of their own bonds are computed by.
+
+use perion::{Field, Quantity, SimdLevel, Simulation};
+
+use super::{Body, Form, INFLUENCES, apart, forms, largest};
+use crate::scene::{Horizons, Recipe, bonds, state_bits};
+
+/// Bodies of one horizon and one influence function, of one material and of two, in 3D, plane strain and plane stress.
+fn even_bodies() -> impl Iterator<Item = Body> {
+    (0..12).map(|number| {
+        let (state, influence) = (number % 3, INFLUENCES[number / 3]);
+        let recipe = Recipe {
+            dimension: if state == 0 { 3 } else { 2 },
+            counts: if state == 0 { [5, 4, 4] } else { [8, 7, 1] },
+            jitter: 0.25,
+            horizons: Horizons::Uniform,
+            materials: 1 + number % 2,
+            plane_stress: state == 2,
+            units: [number as i32 % 5 - 2, 6, 3],
+            seed: 4000 + number as u64,
+        };
+        Body {
+            scene: recipe.scene(),
+            influences: [influence; 2],
+            law: ["saint_venant_kirchhoff", "neo_hookean", "small_strain"][(number / 2) % 3],
+            partial_volume: false,
+        }
+    })
+}
+
+/// Breaks a share of the bonds, and all bonds of every thirteenth point but one.
+fn cut(body: &Body, simulation: &mut Simulation, share: f64) {
+    let mut random = body.scene.random(78);
+    let mut kept = vec![0; body.scene.count()];
+    let mut broken = Vec::new();
+    for (pair, _, _) in bonds(simulation) {
+        let bare = pair.into_iter().filter(|point| point % 13 == 5).max();
+        let spare = bare.is_some_and(|point| kept[point] > 0);
+        if let Some(point) = bare {
+            kept[point] += 1;
+        }
+        if spare || random.chance(share) {
+            broken.push(pair);
+        }
+    }
+    simulation.break_bonds(&broken).unwrap();
+}
+
+/// Has bonds with an integrity of their own, which is 1.
+fn grade(simulation: &mut Simulation) {
+    let whole = bonds(simulation).into_iter().find(|bond| bond.2 == 1.0).unwrap().0;
+    simulation.set_bond_integrity(&[whole], &[0.5]).unwrap();
+    simulation.set_bond_integrity(&[whole], &[1.0]).unwrap();
+}
+
+fn levels() -> impl Iterator<Item = SimdLevel> {
+    SimdLevel::ALL.into_iter().filter(|level| level.is_available())
+}
+
+#[test]
+fn every_level_gives_the_forces_of_single_bonds() {
+    for body in even_bodies() {
+        let moved = body.shaken();
+        for form in forms(body.scene.dimension) {
+            for share in [0.0, 0.3] {
+                let force = |level: Option<SimdLevel>| {
+                    let mut simulation = body.simulation(form);
+                    if let Some(level) = level {
+                        simulation.set_simd(level).unwrap();
+                    }
+                    cut(&body, &mut simulation, share);
+                    if level.is_none() {
+                        grade(&mut simulation);
+                    }
+                    simulation.set(Field::Displacement, &moved).unwrap();
+                    simulation.evaluate().unwrap();
+                    let force = simulation.get(Field::InternalForce).unwrap();
+                    // What has been left by another cut must not matter.
+                    cut(&body, &mut simulation, 0.05);
+                    simulation.evaluate().unwrap();
+                    [force, simulation.get(Field::InternalForce).unwrap()]
+                };
+                let expected = force(None);
+                for level in levels() {
+                    for (force, expected) in force(Some(level)).iter().zip(&expected) {
+                        let error = apart(force, expected) / largest(expected);
+                        assert!(error < 1e-12, "{form:?} {level:?} {share}: {error}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_level_breaks_the_same_bonds_and_books_the_same_loss() {
+    for body in even_bodies().take(6) {
+        let moved: Vec<f64> = body
+            .scene
+            .coordinates
+            .iter()
+            .map(|x| 0.02 * x)
+            .zip(body.shaken())
+            .map(|(x, y)| x + 0.5 * y)
+            .collect();
+        for form in forms(body.scene.dimension) {
+            let step = 1e-3 * body.simulation(form).stable_time_step().unwrap();
+            let torn = |level: Option<SimdLevel>| {
+                let mut simulation =
+                    body.changed(form, |model| drop(model.set("critical_stretch", 0.05)));
+                if let Some(level) = level {
+                    simulation.set_simd(level).unwrap();
+                } else {
+                    grade(&mut simulation);
+                }
+                simulation.set(Field::Displacement, &moved).unwrap();
+                simulation.step(step, 1).unwrap();
+                let health = simulation.health().unwrap();
+                assert!(0 < health.broken_bonds && health.broken_bonds < health.bonds);
+                [Field::Damage, Field::InternalForce, Field::DissipatedEnergyDensity]
+                    .map(|field| simulation.get(field).unwrap())
+            };
+            let expected = torn(None);
+            for level in levels() {
+                let found = torn(Some(level));
+                for (found, expected) in found.iter().zip(&expected) {
+                    let error = apart(found, expected) / largest(expected);
+                    assert!(error < 1e-11, "{form:?} {level:?}: {error}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn threads_change_no_bit_of_any_formulation() {
+    for dimension in [2, 3] {
+        let recipe = Recipe {
+            dimension,
+            counts: if dimension == 3 { [11, 8, 7] } else { [30, 24, 1] },
+            jitter: 0.25,
+            horizons: Horizons::Uniform,
+            materials: 2,
+            plane_stress: false,
+            units: [0, 6, 3],
+            seed: 99,
+        };
+        let body = Body {
+            scene: recipe.scene(),
+            influences: ["conical"; 2],
+            law: "saint_venant_kirchhoff",
+            partial_volume: false,
+        };
+        let slow = |form: &Form| !["madenci_oterkus", "bond_associated"].contains(&form.name);
+        for form in forms(dimension).filter(slow) {
+            let mut expected = None;
+            for threads in [1, 2, 3] {
+                let mut simulation =
+                    body.changed(form, |model| drop(model.set("critical_stretch", 0.03)));
+                simulation.set_threads(threads).unwrap();
+                let step = 0.5 * simulation.stable_time_step().unwrap();
+                let speed = 0.03 * body.scene.spacing / step;
+                simulation.prescribe("left", Quantity::Velocity, 0, -speed).unwrap();
+                simulation.step(step, 5).unwrap();
+                let health = simulation.health().unwrap();
+                assert!(0 < health.broken_bonds && health.broken_bonds < health.bonds);
+                let state = state_bits(&simulation);
+                assert_eq!(expected.get_or_insert_with(|| state.clone()), &state, "{form:?}");
+            }
+        }
+    }
+}
