@@ -1,4 +1,5 @@
 //! The inner loops over bonds, eight at a time.
 
 pub(crate) mod bond_based;
+pub(crate) mod lattice;
 pub(crate) mod simd;
