@@ -2,5 +2,6 @@
 
 pub(crate) mod bond_based;
 pub(crate) mod family;
+pub(crate) mod lattice;
 pub(crate) mod ordinary_state_based;
 pub(crate) mod simd;
