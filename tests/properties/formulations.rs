@@ -15,6 +15,7 @@ mod materials;
 mod memory;
 mod motion;
 mod partial_volume;
+mod precision;
 mod smoothed;
 mod zigzag;
 
