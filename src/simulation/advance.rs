@@ -174,9 +174,11 @@ impl Simulation {
         let stable = self.stable_step_if_any()?;
         run.report.stable_time_step = stable;
         let span = run.until - self.state.time;
-        // Less a rounding, or a span of whole steps would take one more.
-        let count =
-            (span / (safety * stable).min(largest_time_step) * (1.0 - 1e-12)).ceil().max(1.0);
+        let longest = (safety * stable).min(largest_time_step);
+        let mut count = (span / longest).ceil().max(1.0);
+        if span / count > longest {
+            count += 1.0;
+        }
         run.time_step = span / count;
         if self.state.time + run.time_step == self.state.time {
             return Err(Error::Numeric(format!(
