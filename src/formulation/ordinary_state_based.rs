@@ -15,7 +15,7 @@ use super::{
 };
 use crate::damage::Breaking;
 use crate::error::{Error, Result};
-use crate::kernel::family::{Family, Record};
+use crate::kernel::family::Record;
 use crate::kernel::ordinary_state_based::{OtherPull, OwnPull};
 use crate::material::Law;
 use crate::model::Model;
@@ -122,6 +122,38 @@ impl Lps {
         };
         (link.own * pull(point) + link.other * pull(link.neighbor), now)
     }
+
+    fn swept<const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        force: &mut [f64],
+        breaking: &mut Option<Breaking<'_>>,
+    ) -> Option<usize> {
+        let (omega, count) = (in_lanes::omega(scene, &self.weights)?, scene.places.len());
+        let (records, rest) = in_lanes::table(scratch, count);
+        let (left, _) = in_lanes::table(rest, count);
+        in_lanes::record::<D>(scene, records);
+        let family = in_lanes::family(scene, records, omega);
+        let moduli = |point: usize| *self.moduli.at(point);
+        let (masks, limits) = in_lanes::masks(scene, breaking);
+        let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1), masks);
+        scene.workers.sweep(count, outputs, |range, (force, left, masks)| {
+            let breaking = in_lanes::break_here(scene, range.start, masks, limits);
+            let (force, left) = (force.0, left.0);
+            scene.simd.run(OwnPull::<_, D> { family, moduli, range, force, left, breaking });
+        });
+        let scene = &in_lanes::remaining(scene, breaking);
+        let family = in_lanes::family(scene, left, omega);
+        let bad = AtomicUsize::new(usize::MAX);
+        scene.workers.sweep(count, PerPoint(force, D), |range, force| {
+            let sweep = OtherPull::<D> { family, range, force: force.0 };
+            if let Some(point) = scene.simd.run(sweep) {
+                bad.fetch_min(point, Ordering::Relaxed);
+            }
+        });
+        in_lanes::first(bad)
+    }
 }
 
 impl Passes for Lps {
@@ -145,37 +177,17 @@ impl Passes for Lps {
         in_lanes::omega(scene, &self.weights).is_some()
     }
 
-    fn sweep_lanes<const D: usize>(
+    fn sweep_lanes(
         &self,
         scene: &Scene<'_>,
         scratch: &mut [f64],
         force: &mut [f64],
         breaking: &mut Option<Breaking<'_>>,
     ) -> Option<usize> {
-        let (omega, count) = (in_lanes::omega(scene, &self.weights)?, scene.places.len());
-        let (records, rest) = in_lanes::table(scratch, count);
-        let (left, _) = in_lanes::table(rest, count);
-        in_lanes::record::<D>(scene, records);
-        let family = in_lanes::family(scene, records, omega);
-        let moduli = |point: usize| *self.moduli.at(point);
-        let (masks, limits) = in_lanes::masks(scene, breaking);
-        let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1), masks);
-        scene.workers.sweep(count, outputs, |range, (force, left, masks)| {
-            let breaking = in_lanes::break_here(scene, range.start, masks, limits);
-            let (force, left) = (force.0, left.0);
-            scene.simd.run(OwnPull::<_, D> { family, moduli, range, force, left, breaking });
-        });
-        let intact = breaking.as_ref().map_or(scene.bonds.intact, |breaking| &*breaking.intact);
-        let family = Family::new(scene.families, left, intact, omega);
-        let bad = AtomicUsize::new(usize::MAX);
-        scene.workers.sweep(count, PerPoint(force, D), |range, force| {
-            let sweep = OtherPull::<D> { family, range, force: force.0 };
-            if let Some(point) = scene.simd.run(sweep) {
-                bad.fetch_min(point, Ordering::Relaxed);
-            }
-        });
-        let found = bad.into_inner();
-        (found != usize::MAX).then_some(found)
+        match scene.dimension {
+            3 => self.swept::<3>(scene, scratch, force, breaking),
+            _ => self.swept::<2>(scene, scratch, force, breaking),
+        }
     }
 
     /// 1/m (0 without a family) and theta.

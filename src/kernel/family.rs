@@ -93,6 +93,21 @@ impl<'a> Family<'a> {
         &self.records[point]
     }
 
+    /// Masks of a point's blocks.
+    #[inline(always)]
+    pub(super) fn masks(&self, point: usize) -> &'a [u8] {
+        let (start, end) = self.slots(point);
+        &self.intact[start / LANES..end / LANES]
+    }
+
+    /// The other ends of a block of bonds.
+    #[inline(always)]
+    pub(super) fn block(&self, slot: usize) -> &'a [u32; LANES] {
+        prefetch(&self.families.neighbors, slot + AHEAD * LANES);
+        let (blocks, _) = self.families.neighbors.as_chunks();
+        &blocks[slot / LANES]
+    }
+
     /// Which of the bonds from a slot on are there; what lies beyond the lanes does not matter.
     #[inline(always)]
     pub(super) fn bits(&self, slot: usize) -> u8 {
@@ -137,6 +152,12 @@ impl<'a> Family<'a> {
             Influence::Constant => factor,
             _ => factor * self.weights(simd, slot),
         }
+    }
+
+    /// Whether omega is not 1.
+    #[inline(always)]
+    pub(super) fn is_weighted(&self) -> bool {
+        self.omega.influence != Influence::Constant
     }
 
     /// omega of the bonds from a slot on; in the rim of the horizon that at the horizon.
@@ -204,6 +225,32 @@ impl<F: Lanes> Lengths<F> {
         let shrunk = one - shortfall;
         let ratio = (one + change).max(simd.splat(LEAST));
         Stretches { shrunk, stretch: shortfall * (ratio * shrunk) }
+    }
+}
+
+/// Rows of numbers, one a point.
+#[derive(Clone, Copy)]
+pub(crate) struct Table<'a, const C: usize>(&'a [[f64; C]]);
+
+impl<'a, const C: usize> Table<'a, C> {
+    /// Panics when there is not a row a point of the family.
+    pub(crate) fn new(family: &Family<'_>, rows: &'a [[f64; C]]) -> Self {
+        assert_eq!(family.records.len(), rows.len());
+        Self(rows)
+    }
+
+    #[inline(always)]
+    pub(super) fn row(&self, point: usize) -> &'a [f64; C] {
+        &self.0[point]
+    }
+
+    /// # Safety
+    /// It names a point.
+    #[inline(always)]
+    pub(super) unsafe fn row_of(&self, name: u32) -> &'a [f64; C] {
+        debug_assert!((name as usize) < self.0.len());
+        // SAFETY: as the caller has promised.
+        unsafe { self.0.get_unchecked(name as usize) }
     }
 }
 

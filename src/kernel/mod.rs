@@ -2,5 +2,7 @@
 
 pub(crate) mod bond_based;
 pub(crate) mod family;
+pub(crate) mod gradient;
+pub(crate) mod gradient_pull;
 pub(crate) mod ordinary_state_based;
 pub(crate) mod simd;
