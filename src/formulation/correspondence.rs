@@ -177,7 +177,7 @@ impl Correspondence {
         let mut sweep = Sweep::<D, C> { scene, omega, records, force, left };
         let bad = AtomicUsize::new(usize::MAX);
         let order = Order { order: self.order, looks_twice: true };
-        self.kept.sweep::<D, SIZE, C>(
+        let _ = self.kept.sweep::<D, SIZE, C>(
             order,
             &mut sweep,
             breaking,
@@ -291,7 +291,7 @@ impl Passes for Correspondence {
             return 0;
         }
         let row = 4 * (1 + width(self.order, dimension));
-        points * (size_of::<Record>() / size_of::<f64>() + row) + in_lanes::SLACK
+        points * (size_of::<Record>() / size_of::<f64>() + row) + 2 * in_lanes::SLACK
     }
 
     fn runs_in_lanes(&self, scene: &Scene<'_>) -> bool {

@@ -3,7 +3,7 @@
 //! changed. So what is kept is right whatever a call does with what it finds, be it a look or a step that fails.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::body::Weights;
 use super::gradient::{Gradient, width};
@@ -104,18 +104,17 @@ impl KeptRows {
     }
 
     /// Gives the gradient of the displacement at all points to `finish`, with the force and the row of the table that
-    /// it writes; then calls `odd` with a scene of the bonds that remain where families do not span the body, and
-    /// `after` with the same and what is kept of all points.
-    pub(super) fn sweep<const D: usize, const SIZE: usize, const C: usize>(
-        &self,
+    /// it writes; then calls `odd` with a scene of the bonds that remain where families do not span the body.
+    pub(super) fn sweep<'a, const D: usize, const SIZE: usize, const C: usize>(
+        &'a self,
         order: Order,
         sweep: &mut Sweep<'_, D, C>,
         breaking: &mut Option<Breaking<'_>>,
         finish: impl Fn(usize, Point<'_, D, SIZE>, &Tensor<D>, &mut Vector<D>, &mut [f64; C]) + Sync,
         odd: impl Fn(&Scene<'_>, usize, Point<'_, D, SIZE>, &mut Vector<D>, &mut [f64; C]) + Sync,
-    ) {
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let Store { numbers, masks: kept_masks } = &mut *kept;
+    ) -> Points<'a> {
+        let mut guard = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let Store { numbers, masks: kept_masks } = &mut *guard;
         let Sweep { scene, omega, records, force, left } = sweep;
         let (scene, count, horizon) = (*scene, scene.places.len(), omega.horizon);
         let (family, each) = (in_lanes::family(scene, records, *omega), kept_width(D, SIZE));
@@ -155,7 +154,7 @@ impl KeptRows {
             },
         );
         if !any_odd.into_inner() {
-            return;
+            return Points(guard);
         }
         let remaining = in_lanes::remaining(scene, breaking);
         let outputs = (PerPoint(&mut **force, D), PerPoint(&mut **left, 1));
@@ -168,6 +167,17 @@ impl KeptRows {
                 }
             }
         });
+        Points(guard)
+    }
+}
+
+/// What is kept of all points, as long as nobody changes it.
+pub(super) struct Points<'a>(MutexGuard<'a, Store>);
+
+impl Points<'_> {
+    pub(super) fn at<const D: usize, const SIZE: usize>(&self, point: usize) -> Point<'_, D, SIZE> {
+        let each = kept_width(D, SIZE);
+        Point(&self.0.numbers[point * each..(point + 1) * each])
     }
 }
 

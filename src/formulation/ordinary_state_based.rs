@@ -170,7 +170,7 @@ impl Passes for Lps {
     }
 
     fn room_of_lanes(&self, points: usize, _: usize) -> usize {
-        2 * points * size_of::<Record>() / size_of::<f64>() + in_lanes::SLACK
+        2 * points * size_of::<Record>() / size_of::<f64>() + 2 * in_lanes::SLACK
     }
 
     fn runs_in_lanes(&self, scene: &Scene<'_>) -> bool {

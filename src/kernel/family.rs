@@ -116,8 +116,9 @@ impl<'a> Family<'a> {
         unsafe { *self.intact.get_unchecked(slot / LANES) >> (slot % LANES) }
     }
 
+    /// The other ends of the bonds from a slot on.
     #[inline(always)]
-    fn neighbors<S: Simd>(&self, slot: usize) -> &'a [u32] {
+    pub(super) fn names<S: Simd>(&self, slot: usize) -> &'a [u32] {
         debug_assert!(slot + S::WIDTH <= self.families.neighbors.len());
         // SAFETY: slots are those of a point's blocks, which end before the lists do.
         unsafe { self.families.neighbors.get_unchecked(slot..slot + S::WIDTH) }
@@ -131,7 +132,7 @@ impl<'a> Family<'a> {
         own: &[S::Lanes; 8],
         slot: usize,
     ) -> Bonds<S::Lanes, D> {
-        let neighbors = self.neighbors::<S>(slot);
+        let neighbors = self.names::<S>(slot);
         prefetch(&self.families.neighbors, slot + AHEAD * LANES);
         // SAFETY: the search makes neighbours of points of the body alone, and each has a record.
         let places = unsafe { simd.columns(self.records, 0, neighbors) };
@@ -245,6 +246,19 @@ impl<'a, const C: usize> Table<'a, C> {
     }
 
     /// # Safety
+    /// All of `at` name points.
+    #[inline(always)]
+    pub(super) unsafe fn columns<S: Simd>(
+        &self,
+        simd: S,
+        first: usize,
+        at: &[u32],
+    ) -> [S::Lanes; 4] {
+        // SAFETY: as the caller has promised.
+        unsafe { simd.columns(self.0, first, at) }
+    }
+
+    /// # Safety
     /// It names a point.
     #[inline(always)]
     pub(super) unsafe fn row_of(&self, name: u32) -> &'a [f64; C] {
@@ -304,7 +318,7 @@ impl<'a> Limits<'a> {
         point: usize,
         slot: usize,
     ) -> S::Lanes {
-        let neighbors = family.neighbors::<S>(slot);
+        let neighbors = family.names::<S>(slot);
         simd.each(|lane| {
             let stretch = self.rule.threshold(slot + lane, point, neighbors[lane] as usize);
             squared_ratio_less_one(stretch)

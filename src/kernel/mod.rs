@@ -5,4 +5,5 @@ pub(crate) mod family;
 pub(crate) mod gradient;
 pub(crate) mod gradient_pull;
 pub(crate) mod ordinary_state_based;
+pub(crate) mod quadrature;
 pub(crate) mod simd;
