@@ -73,7 +73,7 @@ proptest! {
                 simulation.commit(1e-9).unwrap();
                 let left = intact(&simulation);
                 let total = simulation.health().unwrap().bonds as usize;
-                prop_assert!(0 < left.len() && left.len() < total);
+                prop_assert!(!left.is_empty() && left.len() < total);
                 let torn = simulation.get(Field::InternalForce).unwrap();
                 let both = [force, torn].concat();
                 let (forces, bonds) = expected.get_or_insert_with(|| (both.clone(), left.clone()));
