@@ -89,7 +89,7 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// The block as it is, or with each coordinate moved at random by up to a fifth of the spacing.
+/// The block (of another edge than 50 points, if the environment has N) as it is, or with each coordinate moved at random by up to a fifth of the spacing.
 fn block(spacing: f64, jitter: f64) -> Points {
     let edge = std::env::var("N").map_or(50.0, |n| n.parse().unwrap()) * spacing;
     let block = Points::block(3, &[0.0; 3], &[edge; 3], spacing).unwrap();

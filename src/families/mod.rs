@@ -4,11 +4,13 @@
 //! whose horizon it lies: each bond stands in the list of both its ends.
 
 pub(crate) mod crack;
+pub(crate) mod lattice;
 mod search;
 
 use std::ops::Range;
 
 use crate::memory;
+use lattice::Lattice;
 pub(crate) use search::find;
 
 /// Bonds that stand, are masked and are computed together.
@@ -63,6 +65,8 @@ pub(crate) struct Families {
     /// 1/L of each bond, of its length in the reference configuration.
     pub(crate) inverse_lengths: Vec<f64>,
     pub(crate) reach: Reach,
+    /// The lattice that points of the body stand on, where kernels have a use for it.
+    pub(crate) lattice: Option<Lattice>,
 }
 
 /// How far families reach, and how much of a neighbour's volume belongs to one.
@@ -124,14 +128,16 @@ impl Families {
     /// The bonds of a point, broken or not.
     pub(crate) fn bonds(&self, point: usize) -> impl Iterator<Item = Bond> + '_ {
         let blocks = self.blocks(point);
-        (blocks.start * LANES..blocks.end * LANES).filter_map(move |slot| {
-            let neighbor = self.neighbors[slot] as usize;
-            (neighbor != point).then(|| Bond {
-                slot,
-                neighbor,
-                length: self.inverse_lengths[slot].recip(),
-            })
-        })
+        let slots = blocks.start * LANES..blocks.end * LANES;
+        let is_bond = move |slot: &usize| self.neighbors[*slot] as usize != point;
+        slots.filter(is_bond).map(|slot| self.bond(slot))
+    }
+
+    /// The bond that stands in a lane.
+    #[inline(always)]
+    pub(crate) fn bond(&self, slot: usize) -> Bond {
+        let length = self.inverse_lengths[slot].recip();
+        Bond { slot, neighbor: self.neighbors[slot] as usize, length }
     }
 
     /// Part of the volume of a bond's other end that belongs to the point's own family.
@@ -167,6 +173,7 @@ impl Families {
             + memory::bytes(&self.neighbors)
             + memory::bytes(&self.inverse_lengths)
             + self.reach.bytes()
+            + self.lattice.as_ref().map_or(0, Lattice::bytes)
     }
 }
 

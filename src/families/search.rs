@@ -75,7 +75,7 @@ pub(crate) fn find(
     if count > 1 && lanes == 0 {
         return argument(no_neighbors(places, horizons));
     }
-    Ok(Families { offsets, neighbors, inverse_lengths, reach })
+    Ok(Families { offsets, neighbors, inverse_lengths, reach, lattice: None })
 }
 
 /// Horizons with the tolerance that lets `horizon = k * spacing` reach the k-th shell, and with the most that

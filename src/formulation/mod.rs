@@ -4,6 +4,9 @@ mod body;
 mod bond_associated;
 mod bond_associated_quadrature;
 mod bond_based;
+mod bond_forces;
+mod bond_lattice;
+mod bond_laws;
 mod breaking;
 mod constants;
 mod correspondence;
@@ -152,6 +155,11 @@ pub(crate) type Read<'a> = dyn Fn(&Kinematics, &mut [f64]) + Sync + 'a;
 
 /// A formulation made ready for one body.
 pub(crate) trait Formulation: Send + Sync {
+    /// Whether its sweeps are faster where points stand on a lattice.
+    fn has_use_for_a_lattice(&self) -> bool {
+        false
+    }
+
     /// Takes the body as it is before the first step, its pre-cracks included, for what it refers to.
     fn refer_to(&mut self, _scene: &Scene<'_>) -> Result<()> {
         Ok(())

@@ -10,6 +10,7 @@
 use std::ops::Range;
 
 use super::simd::{Kernel, Lanes, Mask, Simd, prefetch};
+use crate::families::lattice::NOBODY;
 use crate::families::{Bond, Families, LANES};
 
 /// A point in a line of the cache: x + u/2, V, 2 u and a number that does not matter.
@@ -70,18 +71,20 @@ pub(crate) trait BondLaw: Copy + Sync {
         inverse: S::Lanes,
         volume: S::Lanes,
     ) -> S::Lanes;
-    /// (l/L)^2 - 1 beyond which a bond breaks.
+    /// (l/L)^2 - 1 beyond which a bond comes close to its limit.
     fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes;
-    /// Lanes of a block that may break.
-    fn breakable(&self, block: usize) -> u8;
+    /// Whether a bond that comes close to its limit breaks.
+    fn breaks(&self, point: usize, bond: Bond) -> bool;
 }
 
-/// Forces per volume on the points of a range. With `remaining`, bonds beyond their threshold break first, and the
-/// masks of the range's blocks are written there. Gives the first point whose force is not finite.
+/// Forces per volume on the points of a range. With `remaining`, which holds the masks of the range's blocks, bonds
+/// that break leave it first. Gives the first point whose force is not finite.
 pub(crate) struct ForceSweep<'a, L, const D: usize> {
     pub(crate) cloud: Cloud<'a>,
     pub(crate) law: L,
     pub(crate) range: Range<usize>,
+    /// Seats on a lattice: points that have one are left out.
+    pub(crate) seats: Option<&'a [u32]>,
     pub(crate) force: &'a mut [f64],
     pub(crate) remaining: Option<&'a mut [u8]>,
 }
@@ -91,8 +94,8 @@ impl<L: BondLaw, const D: usize> Kernel for ForceSweep<'_, L, D> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Option<usize> {
-        let Self { cloud, law, range, force, remaining } = self;
-        let pulls = Pulls { simd, cloud, law };
+        let Self { cloud, law, range, seats, force, remaining } = self;
+        let pulls = Pulls { simd, cloud, law, seats };
         match remaining {
             Some(remaining) => pulls.sum_up::<true, D>(range, force, remaining),
             None => pulls.sum_up::<false, D>(range, force, &mut []),
@@ -106,6 +109,7 @@ struct Pulls<'a, S, L> {
     simd: S,
     cloud: Cloud<'a>,
     law: L,
+    seats: Option<&'a [u32]>,
 }
 
 /// Bonds at a displacement.
@@ -119,12 +123,27 @@ struct Pulled<F, const D: usize> {
     weight: F,
 }
 
+/// Takes the bonds of a point that break from its masks, and says whether there were any.
+#[cold]
+#[inline(never)]
+fn judged(families: &Families, law: impl BondLaw, point: usize, masks: &mut [u8]) -> bool {
+    let first = families.blocks(point).start;
+    let mut broke = false;
+    for bond in families.bonds(point) {
+        let (mask, bit) = (&mut masks[bond.slot / LANES - first], 1 << (bond.slot % LANES));
+        if *mask & bit != 0 && law.breaks(point, bond) {
+            *mask &= !bit;
+            broke = true;
+        }
+    }
+    broke
+}
+
 /// Blocks that are asked for ahead of their turn.
 const AHEAD: usize = 16;
 
 impl<'a, S: Simd, L: BondLaw> Pulls<'a, S, L> {
-    /// Forces on the points of a range. With `BREAK` the masks of its blocks, without the bonds beyond their threshold,
-    /// are left in `remaining`.
+    /// Forces on the points of a range. With `BREAK` the bonds that break leave the masks of its blocks, `remaining`.
     #[inline(always)]
     fn sum_up<const BREAK: bool, const D: usize>(
         self,
@@ -132,34 +151,25 @@ impl<'a, S: Simd, L: BondLaw> Pulls<'a, S, L> {
         force: &mut [f64],
         remaining: &mut [u8],
     ) -> Option<usize> {
-        let Self { simd, cloud, law } = self;
+        let Self { cloud, law, seats, .. } = self;
         let offsets = &cloud.families.offsets;
         let first = offsets[range.start] as usize;
-        if BREAK {
-            remaining.copy_from_slice(&cloud.intact[first..offsets[range.end] as usize]);
-        }
         let (forces, _) = force.as_chunks_mut::<D>();
         let mut bad = None;
         for (force, point) in forces.iter_mut().zip(range) {
-            let own = cloud.records[point].map(|number| simd.splat(number));
-            let slots = offsets[point] as usize * LANES..offsets[point + 1] as usize * LANES;
-            let mut sum = [simd.splat(0.0); D];
-            if !slots.is_empty() {
-                let mut pulled = self.stretch(point, slots.start, &own);
-                for slot in (slots.start + S::WIDTH..slots.end).step_by(S::WIDTH) {
-                    let next = self.stretch(point, slot, &own);
-                    let broken = self.pull::<BREAK, D>(point, slot - S::WIDTH, pulled, &mut sum);
-                    if broken != 0 {
-                        remaining[(slot - S::WIDTH) / LANES - first] &= !broken;
-                    }
-                    pulled = next;
-                }
-                let broken = self.pull::<BREAK, D>(point, slots.end - S::WIDTH, pulled, &mut sum);
-                if broken != 0 {
-                    remaining[(slots.end - S::WIDTH) / LANES - first] &= !broken;
+            if seats.is_some_and(|seats| seats[point] != NOBODY) {
+                continue;
+            }
+            let blocks = offsets[point] as usize..offsets[point + 1] as usize;
+            let masks = &cloud.intact[blocks.clone()];
+            let (mut sum, beyond) = self.sum_bonds::<BREAK, D>(point, masks);
+            if BREAK && beyond {
+                let remaining = &mut remaining[blocks.start - first..blocks.end - first];
+                if judged(cloud.families, law, point, remaining) {
+                    (sum, _) = self.sum_bonds::<false, D>(point, remaining);
                 }
             }
-            *force = sum.map(|sum| law.factor() * sum.total());
+            *force = sum.map(|sum| law.factor() * sum);
             if bad.is_none() && !force.iter().all(|component| component.is_finite()) {
                 bad = Some(point);
             }
@@ -167,37 +177,57 @@ impl<'a, S: Simd, L: BondLaw> Pulls<'a, S, L> {
         bad
     }
 
-    /// Adds the forces of bonds that stand from a slot on to the sum. With `BREAK`, gives those of them that break, as
-    /// bits of their block.
+    /// What the bonds of a point that are in its masks sum up to, and with `LOOK` whether any comes close to its limit.
     #[inline(always)]
-    fn pull<const BREAK: bool, const D: usize>(
+    fn sum_bonds<const LOOK: bool, const D: usize>(
         &self,
         point: usize,
-        slot: usize,
+        masks: &[u8],
+    ) -> ([f64; D], bool) {
+        let Self { simd, cloud, .. } = *self;
+        let mut own = [simd.splat(0.0); 8];
+        for (own, number) in own.iter_mut().zip(cloud.records[point]) {
+            *own = simd.splat(number);
+        }
+        let mut sum = [simd.splat(0.0); D];
+        let mut beyond = 0;
+        if !masks.is_empty() {
+            let first = cloud.families.offsets[point] as usize * LANES;
+            let mut pulled = self.stretch(point, first, &own);
+            let lanes = masks.len() * LANES;
+            for lane in (0..lanes - S::WIDTH).step_by(S::WIDTH) {
+                let next = self.stretch(point, first + lane + S::WIDTH, &own);
+                beyond |= self.pull::<LOOK, D>(point, first, lane, masks, pulled, &mut sum);
+                pulled = next;
+            }
+            beyond |= self.pull::<LOOK, D>(point, first, lanes - S::WIDTH, masks, pulled, &mut sum);
+        }
+        (sum.map(|sum| sum.total()), beyond != 0)
+    }
+
+    /// Adds the forces of bonds to the sum, those from a lane on. With `LOOK`, gives those that come close to their limit.
+    #[inline(always)]
+    fn pull<const LOOK: bool, const D: usize>(
+        &self,
+        point: usize,
+        first: usize,
+        lane: usize,
+        masks: &[u8],
         pulled: Pulled<S::Lanes, D>,
         sum: &mut [S::Lanes; D],
     ) -> u8 {
-        let Self { simd, cloud, law } = *self;
-        let (block, lane) = (slot / LANES, slot % LANES);
-        debug_assert!(block < cloud.intact.len());
-        // SAFETY: there is a mask for each block of the lists.
-        let mut bits = unsafe { *cloud.intact.get_unchecked(block) } >> lane;
-        let mut broken = 0;
-        if BREAK {
-            let threshold = law.threshold(simd, &self.part(point, slot));
-            let beyond = pulled.change.above(threshold).bits() & bits;
-            if beyond != 0 {
-                // What is beyond all numbers shall be noticed, and not break.
-                let finite = simd.splat(f64::INFINITY).above(pulled.change).bits();
-                broken = beyond & finite & law.breakable(block) >> lane;
-                bits &= !broken;
-            }
+        let Self { simd, law, .. } = *self;
+        let bits = masks[lane / LANES] >> (lane % LANES);
+        let mut beyond = 0;
+        if LOOK {
+            let threshold = law.threshold(simd, &self.part(point, first + lane));
+            beyond = pulled.change.above(threshold).bits() & bits;
         }
         let weight = (pulled.weight * pulled.change.shortfall()).only(simd.mask(bits));
-        for axis in 0..D {
-            sum[axis] = weight.mul_add(pulled.bond[axis], sum[axis]);
+        for (sum, bond) in sum.iter_mut().zip(pulled.bond) {
+            *sum = weight.mul_add(bond, *sum);
         }
-        broken << lane
+        beyond
     }
 
     /// The bonds of a point from a slot on.
@@ -219,7 +249,7 @@ impl<'a, S: Simd, L: BondLaw> Pulls<'a, S, L> {
         slot: usize,
         own: &[S::Lanes; 8],
     ) -> Pulled<S::Lanes, D> {
-        let Self { simd, cloud, law } = *self;
+        let Self { simd, cloud, law, .. } = *self;
         let part = self.part(point, slot);
         prefetch(&cloud.families.neighbors, slot + AHEAD * LANES);
         prefetch(&cloud.families.inverse_lengths, slot + AHEAD * LANES);

@@ -5,6 +5,7 @@
 
 use crate::damage::{BondState, BreakRule, Interface};
 use crate::error::{Result, argument};
+use crate::families::lattice::Lattice;
 use crate::families::{self, Families, Place, Property, Rim};
 use crate::formulation::{Formulation, Materials, Scene};
 use crate::kernel::simd::SimdLevel;
@@ -30,12 +31,19 @@ pub(crate) struct Plan {
 }
 
 /// What the host has said of the body besides points and models.
-#[derive(Default)]
 pub(crate) struct SceneRequests {
+    /// Whether lattices are looked for.
+    pub(crate) lattices: bool,
     /// Sets that no bond of which may break, as flags by inner place.
     pub(crate) protected: Option<Vec<bool>>,
     /// Interfaces with an energy release rate of their own.
     pub(crate) interfaces: Vec<InterfaceRequest>,
+}
+
+impl Default for SceneRequests {
+    fn default() -> Self {
+        Self { lattices: true, protected: None, interfaces: Vec::new() }
+    }
 }
 
 /// Two sets, as bits 0 and 1 by inner place, and the energy release rate between them.
@@ -62,9 +70,15 @@ impl Plan {
         let places = places(points, &thickness)?;
         let farthest = points.order().farthest;
         let rim = rim(points, &models[0], &horizons)?;
-        let families = families::find(workers, dimension, &places, &horizons, rim, farthest)?;
+        let mut families = families::find(workers, dimension, &places, &horizons, rim, farthest)?;
         refuse_bonds_without_length(points, &families)?;
         let formulation = (models[0].formulation().prepare)(&materials)?;
+        if requests.lattices
+            && families.reach.is_sharp_and_uniform()
+            && formulation.has_use_for_a_lattice()
+        {
+            families.lattice = Lattice::find(&places, &families, farthest)?;
+        }
         let rule = rule(&materials, &families, requests)?;
         let crack_tolerance = crack_tolerance(points);
         Ok(Self { dimension, places, density, families, formulation, rule, crack_tolerance, simd })

@@ -137,6 +137,19 @@ impl Simulation {
         Ok(())
     }
 
+    /// Whether points on a common grid are computed together as a lattice, which is faster; on by default. Results
+    /// agree to rounding.
+    ///
+    /// # Errors
+    /// `State` after set-up.
+    pub fn set_lattices(&mut self, look_for: bool) -> Result<()> {
+        if self.built.get().is_some() {
+            return refuse_after_setup("the choice of lattices");
+        }
+        self.scene_requests.lattices = look_for;
+        Ok(())
+    }
+
     /// The points, as they were given.
     pub fn points(&self) -> &Points {
         &self.points

@@ -1,0 +1,175 @@
+//! How stiff the bonds of bond_based are, and when they break: all alike, or one by one.
+
+use super::Scene;
+use super::breaking::stretch;
+use crate::damage::BreakRule;
+use crate::families::{Bond, Families, LANES, Property};
+use crate::kernel::bond_based::{BondLaw, Part};
+use crate::kernel::lattice::Judge;
+use crate::kernel::simd::Simd;
+
+/// All bonds alike: one material, one horizon, no integrity set by hand.
+#[derive(Clone, Copy)]
+pub(super) struct Alike<'a> {
+    pub(super) bond_constant: f64,
+    pub(super) critical: f64,
+    pub(super) limits: Limits<'a>,
+}
+
+/// Bonds that differ by their ends or one by one.
+#[derive(Clone, Copy)]
+pub(super) struct Various<'a> {
+    pub(super) bond_constants: &'a Property,
+    pub(super) families: &'a Families,
+    pub(super) integrity: Option<&'a [f64]>,
+    /// Factor of each lane by which bonds near a surface are stiffer.
+    pub(super) correction: Option<&'a [f64]>,
+    pub(super) limits: Limits<'a>,
+}
+
+/// Which bonds break at a displacement. Kernels ask of those that come close to their limit: what they compute
+/// themselves depends on the kernel, and both ends of a bond shall come to the same.
+#[derive(Clone, Copy)]
+pub(super) struct Limits<'a> {
+    pub(super) scene: &'a Scene<'a>,
+    /// `None` where none is to break.
+    pub(super) rule: Option<&'a BreakRule>,
+}
+
+impl Limits<'_> {
+    /// Whether a bond is to break, be it broken already or not.
+    pub(super) fn breaks_bond(&self, point: usize, bond: Bond) -> bool {
+        let Self { scene, rule: Some(rule) } = self else { return false };
+        let bit = 1 << (bond.slot % LANES);
+        rule.breakable(bond.slot / LANES) & bit != 0
+            && stretch(scene, point, bond.neighbor, bond.length)
+                > rule.threshold(bond.slot, point, bond.neighbor)
+    }
+}
+
+impl Judge for Limits<'_> {
+    fn breaks(&self, point: usize, neighbor: usize) -> bool {
+        let families = self.scene.families;
+        families
+            .slot(point, neighbor)
+            .is_some_and(|slot| self.breaks_bond(point, families.bond(slot)))
+    }
+}
+
+/// (l/L)^2 - 1 of a bond that comes close to a stretch, whatever the rounding.
+pub(super) fn close_to(stretch: f64) -> f64 {
+    (1.0 - 1e-7) * stretch * (2.0 + stretch) - 1e-14
+}
+
+impl BondLaw for Alike<'_> {
+    #[inline(always)]
+    fn factor(&self) -> f64 {
+        self.bond_constant
+    }
+    #[inline(always)]
+    fn weight<S: Simd>(&self, _: S, _: &Part<'_>, inverse: S::Lanes, volume: S::Lanes) -> S::Lanes {
+        inverse * volume
+    }
+    #[inline(always)]
+    fn threshold<S: Simd>(&self, simd: S, _: &Part<'_>) -> S::Lanes {
+        simd.splat(close_to(self.critical))
+    }
+    fn breaks(&self, point: usize, bond: Bond) -> bool {
+        self.limits.breaks_bond(point, bond)
+    }
+}
+
+impl Various<'_> {
+    #[inline(always)]
+    fn constant(&self, point: usize, neighbor: usize, length: f64) -> f64 {
+        self.families.reach.share(point, neighbor, length) * self.bond_constants.at(point)
+    }
+
+    /// Integrity of a bond, and with it what the surface adds.
+    #[inline(always)]
+    fn integrity(&self, slot: usize) -> f64 {
+        let correction = self.correction.map_or(1.0, |values| values[slot]);
+        correction * self.integrity.map_or(1.0, |values| values[slot])
+    }
+
+    /// Bond constant times integrity that acts between both ends of one bond.
+    pub(super) fn stiffness(&self, point: usize, bond: Bond) -> f64 {
+        let Bond { slot, neighbor, length } = bond;
+        let (own, other) =
+            (self.constant(point, neighbor, length), self.constant(neighbor, point, length));
+        0.5 * (own + other) * self.integrity(slot)
+    }
+
+    /// Bond constant of the point's own material, whatever the bond's integrity; less in the rim of its
+    /// horizon, 0 outside.
+    pub(super) fn own_constant(&self, point: usize, bond: Bond) -> f64 {
+        self.constant(point, bond.neighbor, bond.length)
+    }
+
+    /// Energy per volume that a point has in a bond: 1/4 c d s r L V_j at the stretches s and r.
+    pub(super) fn energy(
+        &self,
+        scene: &Scene<'_>,
+        point: usize,
+        bond: Bond,
+        stretches: [f64; 2],
+    ) -> f64 {
+        let stiffness = self.own_constant(point, bond) * self.integrity(bond.slot);
+        let [now, pulled] = stretches;
+        0.25 * stiffness * now * scene.places[bond.neighbor][3] * pulled * bond.length
+    }
+
+    /// Energy per volume that the point loses by the bonds that are not in the masks `remaining` of its blocks any
+    /// more: with the stretch at which the bond pulled last, where it pulled; as it is where nothing was before.
+    pub(super) fn lost(
+        &self,
+        scene: &Scene<'_>,
+        point: usize,
+        remaining: &[u8],
+        before: Option<&[f64]>,
+    ) -> f64 {
+        let first = scene.families.blocks(point).start * LANES;
+        let broken = |bond: &Bond| {
+            let (block, bit) = ((bond.slot - first) / LANES, 1 << (bond.slot % LANES));
+            remaining[block] & bit == 0 && scene.bonds.is_intact(bond.slot)
+        };
+        let each = scene.families.bonds(point).filter(broken).map(|bond| {
+            let stretch = |displacement| {
+                let scene = Scene { displacement, ..*scene };
+                stretch(&scene, point, bond.neighbor, bond.length)
+            };
+            let now = stretch(scene.displacement);
+            let pulled = before.map_or(now, |before| stretch(before).max(0.0));
+            self.energy(scene, point, bond, [now, pulled])
+        });
+        each.sum()
+    }
+}
+
+impl BondLaw for Various<'_> {
+    #[inline(always)]
+    fn factor(&self) -> f64 {
+        1.0
+    }
+    #[inline(always)]
+    fn weight<S: Simd>(
+        &self,
+        simd: S,
+        part: &Part<'_>,
+        inverse: S::Lanes,
+        volume: S::Lanes,
+    ) -> S::Lanes {
+        inverse * volume * simd.each(|lane| self.stiffness(part.point, part.bond(lane)))
+    }
+    #[inline(always)]
+    fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes {
+        let Some(rule) = self.limits.rule else { return simd.splat(f64::INFINITY) };
+        simd.each(|lane| {
+            let bond = part.bond(lane);
+            close_to(rule.threshold(bond.slot, part.point, bond.neighbor))
+        })
+    }
+    fn breaks(&self, point: usize, bond: Bond) -> bool {
+        self.limits.breaks_bond(point, bond)
+    }
+}
