@@ -129,9 +129,9 @@ impl Families {
     /// The bonds of a point, broken or not.
     pub(crate) fn bonds(&self, point: usize) -> impl Iterator<Item = Bond> + '_ {
         let blocks = self.blocks(point);
-        (blocks.start * LANES..blocks.end * LANES)
-            .filter(move |&slot| self.neighbors[slot] as usize != point)
-            .map(|slot| self.bond(slot))
+        let slots = blocks.start * LANES..blocks.end * LANES;
+        let is_bond = move |slot: &usize| self.neighbors[*slot] as usize != point;
+        slots.filter(is_bond).map(|slot| self.bond(slot))
     }
 
     /// The bond that stands in a lane.

@@ -15,17 +15,23 @@ use super::body::{Body, Link, Weights};
 use super::constants;
 use super::correspondence::{add, add_pulls, gradient_at};
 use super::gradient::width;
+use super::kept_rows::{KeptRows, Order, Point, Points, Sweep, leave, pull};
 use super::laws::{Laws, Sites};
 use super::passes::Passes;
 use super::state_based::StateBased;
-use super::{Formulation, FormulationEntry, Kinematics, Materials};
+use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
+use crate::damage::Breaking;
 use crate::error::Result;
+use crate::kernel::family::{Record, Table};
+use crate::kernel::quadrature::{BondStresses, Stress, odd_place, weight_place};
 use crate::material::{Across, Answer, Deformation};
 use crate::model::Model;
 use crate::tensor::{
     Tensor, Vector, add_outer, applied, difference, product, read, scaled, sum, zero,
 };
+use crate::workers::PerPoint;
 use std::f64::consts::PI;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     name: "bond_associated_quadrature",
@@ -63,6 +69,7 @@ struct Baqp {
     weights: Weights,
     laws: Laws,
     order: usize,
+    kept: KeptRows,
 }
 
 fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
@@ -70,6 +77,7 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         weights: Weights::new(materials)?,
         laws: Laws::new(materials, Sites::Lanes)?,
         order: materials.models[0].gradient_order(),
+        kept: KeptRows::default(),
     };
     Ok(Box::new(StateBased::new(materials, baqp)?))
 }
@@ -186,6 +194,158 @@ impl Baqp {
     }
 }
 
+/// Numbers of a point before the rows.
+const fn before_rows(dimension: usize) -> usize {
+    2 + 2 * dimension * dimension
+}
+
+/// Most numbers that the first pass leaves of a point.
+const MOST_LEFT: usize = before_rows(3) + 27;
+
+/// Gradients of points that have been swept in lanes, and what is kept of their families.
+struct Swept<'a, const D: usize, const SIZE: usize, const G: usize> {
+    baqp: &'a Baqp,
+    body: &'a Body<'a, D>,
+    table: &'a [[f64; G]],
+    kept: &'a Points<'a>,
+}
+
+impl<const D: usize, const SIZE: usize, const G: usize> Swept<'_, D, SIZE, G> {
+    /// What the first pass would leave of a point.
+    fn left(&self, point: usize) -> [f64; MOST_LEFT] {
+        let mut numbers = [0.0; MOST_LEFT];
+        let kept: Point<'_, D, SIZE> = self.kept.at(point);
+        if !kept.spans() {
+            let width = before_rows(D) + D * SIZE;
+            self.baqp.prepare_point(self.body, point, &mut numbers[..width]);
+            return numbers;
+        }
+        numbers[0] = kept.inverse_weight();
+        numbers[1] = D as f64;
+        numbers[2..2 + D * D].copy_from_slice(&self.table[point][..D * D]);
+        let whole = crate::tensor::identity::<D>();
+        numbers[2 + D * D..before_rows(D)].copy_from_slice(whole.as_flattened());
+        for axis in 0..D {
+            let first = before_rows(D) + axis * SIZE;
+            numbers[first..first + SIZE].copy_from_slice(kept.row(axis));
+        }
+        numbers
+    }
+
+    /// Force of the bonds of a point themselves, and the stress that they have through its gradient.
+    fn single_bonds(&self, point: usize, own: &Left<'_>) -> (Vector<D>, Tensor<D>) {
+        let (mut force, mut through) = ([0.0; D], zero());
+        for link in self.body.links(point) {
+            let other = self.left(link.neighbor);
+            let at = Baqp::quadrature(&link, own, &Left { numbers: &other, dimension: D });
+            let answer = self.baqp.answer(self.body, point, &link, &at.deformation);
+            let factor = 2.0 * at.weight * link.volume;
+            add(&mut force, factor, &applied(&answer.stress, &at.along));
+            let across = scaled(&product(&answer.stress, &at.across), at.shares[0] * factor);
+            through = sum(&through, &across);
+        }
+        (force, through)
+    }
+}
+
+impl Baqp {
+    /// The law in lanes, if it is one for them and all points share it.
+    fn stress(&self, dimension: usize) -> Option<Stress> {
+        let (lambda, mu) = self.laws.only()?.saint_venant_kirchhoff(dimension)?;
+        Some(Stress { lambda, mu })
+    }
+
+    fn swept<const D: usize, const SIZE: usize, const G: usize, const C: usize>(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        force: &mut [f64],
+        breaking: &mut Option<Breaking<'_>>,
+    ) -> Option<usize> {
+        let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
+        let stress = self.stress(D)?;
+        let (records, rest) = in_lanes::table(scratch, count);
+        let (gradients, rest) = in_lanes::table::<G>(rest, count);
+        let (left, _) = in_lanes::table::<C>(rest, count);
+        in_lanes::record::<D>(scene, records);
+        let records = &*records;
+        let order = Order { order: self.order, looks_twice: true };
+        let mut sweep =
+            Sweep::<D, G> { scene, omega, records, force: &mut *force, left: &mut *gradients };
+        let kept = self.kept.sweep::<D, SIZE, G>(
+            order,
+            &mut sweep,
+            breaking,
+            |_, kept, gradient, _, row| {
+                row[..D * D].copy_from_slice(gradient.as_flattened());
+                row[weight_place(D)] = kept.inverse_weight();
+                row[odd_place(D)] = 0.0;
+            },
+            |scene, point, kept: Point<'_, D, SIZE>, _, row| {
+                let (_, gradient, ..) =
+                    gradient_at(&Body::<D>::new(scene, &self.weights), point, self.order);
+                row[..D * D].copy_from_slice(gradient.as_flattened());
+                row[weight_place(D)] = kept.inverse_weight();
+                row[odd_place(D)] = 1.0;
+            },
+        );
+        let remaining = &in_lanes::remaining(scene, breaking);
+        let family = in_lanes::family(remaining, records, omega);
+        let (gradients, any_odd) = (&*gradients, AtomicBool::new(false));
+        let table = Table::new(&family, gradients);
+        let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1));
+        scene.workers.sweep(count, outputs, |range, (force, left)| {
+            let (forces, _) = force.0.as_chunks_mut::<D>();
+            let first = range.start;
+            let finish = |point: usize, through: &Tensor<D>, force: &Vector<D>, odd: bool| {
+                let (at, kept) = (point - first, kept.at::<D, SIZE>(point));
+                let row = |axis| kept.row(axis);
+                let own = leave(&records[point], through, row, kept, &mut left.0[at]);
+                forces[at] = std::array::from_fn(|axis| force[axis] + own[axis]);
+                if odd {
+                    left.0[at][MARK] = 1.0;
+                    any_odd.store(true, Ordering::Relaxed);
+                }
+            };
+            scene.simd.run(BondStresses::<_, D, G> { family, table, stress, range, finish });
+        });
+        if any_odd.into_inner() {
+            let body = &Body::<D>::new(remaining, &self.weights);
+            let swept = Swept::<D, SIZE, G> { baqp: self, body, table: gradients, kept: &kept };
+            swept.mend(records, force, left);
+        }
+        drop(kept);
+        let sweep = Sweep::<D, C> { scene, omega, records, force, left };
+        pull(sweep, breaking)
+    }
+}
+
+/// Where a row that is left marks a point with an end of a bond that does not span the body.
+const MARK: usize = 3;
+
+impl<const D: usize, const SIZE: usize, const G: usize> Swept<'_, D, SIZE, G> {
+    /// Computes marked points by single bonds.
+    fn mend<const C: usize>(&self, records: &[Record], force: &mut [f64], left: &mut [[f64; C]]) {
+        let scene = self.body.scene;
+        let outputs = (PerPoint(force, D), PerPoint(left, 1));
+        scene.workers.sweep(scene.places.len(), outputs, |range, (force, left)| {
+            let (forces, _) = force.0.as_chunks_mut::<D>();
+            for ((force, left), point) in forces.iter_mut().zip(left.0).zip(range) {
+                if left[MARK] == 0.0 {
+                    continue;
+                }
+                let numbers = self.left(point);
+                let own = Left { numbers: &numbers, dimension: D };
+                let (straight, through) = self.single_bonds(point, &own);
+                let row = |axis: usize| &own.rows()[axis * SIZE..(axis + 1) * SIZE];
+                let kept = self.kept.at::<D, SIZE>(point);
+                let pulled = leave(&records[point], &through, row, kept, left);
+                *force = std::array::from_fn(|axis| straight[axis] + pulled[axis]);
+            }
+        });
+    }
+}
+
 /// Whether two projectors are the same but for rounding.
 fn agree<const D: usize>(one: &Tensor<D>, other: &Tensor<D>) -> bool {
     let apart = difference(one, other);
@@ -197,8 +357,44 @@ impl Passes for Baqp {
         &self.weights
     }
 
+    fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
+        if self.stress(scene.dimension).is_some() {
+            self.kept.refer_to(scene, &self.weights, self.order)?;
+        }
+        Ok(())
+    }
+
+    fn room_of_lanes(&self, points: usize, dimension: usize) -> usize {
+        if self.stress(dimension).is_none() {
+            return 0;
+        }
+        let gradients = if dimension == 3 { 12 } else { 8 };
+        let row = 4 * (1 + width(self.order, dimension));
+        let tables = size_of::<Record>() / size_of::<f64>() + gradients + row;
+        points * tables + 3 * in_lanes::SLACK
+    }
+
+    fn runs_in_lanes(&self, scene: &Scene<'_>) -> bool {
+        self.kept.omega(scene, &self.weights).is_some()
+    }
+
+    fn sweep_lanes(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        force: &mut [f64],
+        breaking: &mut Option<Breaking<'_>>,
+    ) -> Option<usize> {
+        match (scene.dimension, self.order) {
+            (3, 1) => self.swept::<3, 3, 12, 16>(scene, scratch, force, breaking),
+            (3, _) => self.swept::<3, 9, 12, 40>(scene, scratch, force, breaking),
+            (_, 1) => self.swept::<2, 2, 8, 12>(scene, scratch, force, breaking),
+            _ => self.swept::<2, 5, 8, 24>(scene, scratch, force, breaking),
+        }
+    }
+
     fn width(&self, dimension: usize) -> usize {
-        2 + 2 * dimension * dimension + dimension * width(self.order, dimension)
+        before_rows(dimension) + dimension * width(self.order, dimension)
     }
 
     fn prepare_point<const D: usize>(
@@ -350,6 +546,6 @@ impl Passes for Baqp {
     }
 
     fn bytes(&self) -> usize {
-        self.laws.bytes()
+        self.laws.bytes() + self.kept.bytes()
     }
 }

@@ -101,32 +101,35 @@ impl Held {
         }
         self.followed.copy_from_slice(intact);
     }
+}
 
-    /// Copies displacements to the cells.
-    fn place<const D: usize>(
-        &mut self,
-        workers: &Workers,
-        lattice: &Lattice,
-        displacement: &[f64],
-    ) {
-        let (cells, stride) = (lattice.point_of.len(), stride(lattice));
-        let ahead = self.shifts.as_ptr().align_offset(64).min(SLACK);
-        let (shifts, _) = displacement.as_chunks::<D>();
-        let mut axes = self.shifts[ahead..].chunks_mut(stride).map(|axis| &mut axis[..cells]);
-        let mut next = || PerPoint(axes.next().unwrap_or_default(), 1);
-        let outputs = (next(), next(), (D == 3).then(next));
-        workers.sweep(cells, outputs, |range, (x, y, z)| {
-            let points = &lattice.point_of[range];
-            let mut axes = [Some(x.0), Some(y.0), z.map(|z| z.0)];
-            for (axis, values) in axes.iter_mut().flatten().enumerate() {
-                for (value, &point) in values.iter_mut().zip(points) {
-                    if point != NOBODY {
-                        *value = shifts[point as usize][axis];
-                    }
+/// Copies displacements to the cells, and gives those of each axis.
+fn place<'a, const D: usize>(
+    workers: &Workers,
+    lattice: &Lattice,
+    displacement: &[f64],
+    cells: &'a mut [f64],
+) -> [&'a [f64]; D] {
+    let (count, stride) = (lattice.point_of.len(), stride(lattice));
+    let ahead = cells.as_ptr().align_offset(64).min(SLACK);
+    let cells = &mut cells[ahead..];
+    let (shifts, _) = displacement.as_chunks::<D>();
+    let mut axes = cells.chunks_mut(stride).map(|axis| &mut axis[..count]);
+    let mut next = || PerPoint(axes.next().unwrap_or_default(), 1);
+    let outputs = (next(), next(), (D == 3).then(next));
+    workers.sweep(count, outputs, |range, (x, y, z)| {
+        let points = &lattice.point_of[range];
+        let mut axes = [Some(x.0), Some(y.0), z.map(|z| z.0)];
+        for (axis, values) in axes.iter_mut().flatten().enumerate() {
+            for (value, &point) in values.iter_mut().zip(points) {
+                if point != NOBODY {
+                    *value = shifts[point as usize][axis];
                 }
             }
-        });
-    }
+        }
+    });
+    let cells = &*cells;
+    std::array::from_fn(|axis| &cells[axis * stride..][..count])
 }
 
 impl OnLattice<'_> {
@@ -145,10 +148,7 @@ impl OnLattice<'_> {
         if is_changed(scene, &held.followed) {
             held.follow(lattice, families, intact);
         }
-        held.place::<D>(workers, lattice, scene.displacement);
-        let ahead = held.shifts.as_ptr().align_offset(64).min(SLACK);
-        let (cells, stride) = (lattice.point_of.len(), stride(lattice));
-        let shifts = std::array::from_fn(|axis| &held.shifts[ahead + axis * stride..][..cells]);
+        let shifts = place::<D>(workers, lattice, scene.displacement, &mut held.shifts);
         let groups = Groups::<D>::new(lattice, shifts);
         let (seats, limits) = (lattice.members.len(), self.limits);
         held.broke.fill(false);

@@ -10,17 +10,21 @@ use std::f64::consts::PI;
 use super::body::{Body, Link, Weights};
 use super::constants;
 use super::gradient::{Gradient, MOST, Shape, monomials, width};
+use super::kept_rows::{KeptRows, Order, Point, Sweep, leave, pull};
 use super::laws::{Laws, Sites};
 use super::passes::Passes;
 use super::state_based::StateBased;
-use super::{Formulation, FormulationEntry, Kinematics, Materials};
+use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
+use crate::damage::Breaking;
 use crate::error::Result;
 use crate::families::Property;
+use crate::kernel::family::Record;
 use crate::material::{Answer, Deformation};
 use crate::tensor::{
     Tensor, Vector, add_outer, applied, difference, dot, identity, product, read, scaled, sum,
     trace, zero,
 };
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     name: "correspondence",
@@ -85,6 +89,7 @@ struct Correspondence {
     penalty: Property,
     order: usize,
     strong: bool,
+    kept: KeptRows,
 }
 
 fn prepare(
@@ -107,6 +112,7 @@ fn prepare(
         penalty,
         order: first.gradient_order(),
         strong: stabilisation == Stabilisation::None && first.is_strong(),
+        kept: KeptRows::default(),
     };
     Ok(Box::new(StateBased::new(materials, correspondence)?))
 }
@@ -149,6 +155,53 @@ impl Correspondence {
 
     fn is_stabilised(&self) -> bool {
         self.stabilisation != Stabilisation::None
+    }
+
+    /// Whether its forces may be swept in lanes.
+    fn fits_lanes(&self) -> bool {
+        !(self.strong || self.is_stabilised() || self.laws.remember())
+    }
+
+    fn swept<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        force: &mut [f64],
+        breaking: &mut Option<Breaking<'_>>,
+    ) -> Option<usize> {
+        let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
+        let (records, rest) = in_lanes::table(scratch, count);
+        let (left, _) = in_lanes::table(rest, count);
+        in_lanes::record::<D>(scene, records);
+        let records = &*records;
+        let mut sweep = Sweep::<D, C> { scene, omega, records, force, left };
+        let bad = AtomicUsize::new(usize::MAX);
+        let order = Order { order: self.order, looks_twice: true };
+        let _ = self.kept.sweep::<D, SIZE, C>(
+            order,
+            &mut sweep,
+            breaking,
+            |point, kept, gradient, force, left| {
+                let (span, rank) = (identity(), D);
+                let deformation = Deformation { gradient: *gradient, span, rank };
+                let answer = self.laws.at(point).answer(&deformation);
+                if !answer.energy.is_finite() {
+                    bad.fetch_min(point, Ordering::Relaxed);
+                }
+                let row = |axis| kept.row(axis);
+                *force = leave(&records[point], &answer.stress, row, kept, left);
+            },
+            |scene, point, kept: Point<'_, D, SIZE>, force, left| {
+                let own = self.own(&Body::new(scene, &self.weights), point);
+                if !own.answer.energy.is_finite() {
+                    bad.fetch_min(point, Ordering::Relaxed);
+                }
+                let row = |axis: usize| &own.gradient.rows[axis][..SIZE];
+                *force = leave(&records[point], &own.answer.stress, row, kept, left);
+            },
+        );
+        // The point whose material has failed is to be named, and not one that it pulls on.
+        in_lanes::first(bad).or_else(|| pull(sweep, breaking))
     }
 }
 
@@ -228,6 +281,40 @@ impl Passes for Correspondence {
         let (gradient, displacement_gradient, ..) = gradient_at(body, point, self.order);
         let Shape { span, rank, .. } = gradient.shape;
         ask(point, &Deformation { gradient: displacement_gradient, span, rank });
+    }
+
+    fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
+        if self.fits_lanes() {
+            self.kept.refer_to(scene, &self.weights, self.order)?;
+        }
+        Ok(())
+    }
+
+    fn room_of_lanes(&self, points: usize, dimension: usize) -> usize {
+        if !self.fits_lanes() {
+            return 0;
+        }
+        let row = 4 * (1 + width(self.order, dimension));
+        points * (size_of::<Record>() / size_of::<f64>() + row) + 2 * in_lanes::SLACK
+    }
+
+    fn runs_in_lanes(&self, scene: &Scene<'_>) -> bool {
+        self.kept.omega(scene, &self.weights).is_some()
+    }
+
+    fn sweep_lanes(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        force: &mut [f64],
+        breaking: &mut Option<Breaking<'_>>,
+    ) -> Option<usize> {
+        match (scene.dimension, self.order) {
+            (3, 1) => self.swept::<3, 3, 16>(scene, scratch, force, breaking),
+            (3, _) => self.swept::<3, 9, 40>(scene, scratch, force, breaking),
+            (_, 1) => self.swept::<2, 2, 12>(scene, scratch, force, breaking),
+            _ => self.swept::<2, 5, 24>(scene, scratch, force, breaking),
+        }
     }
 
     /// P rows (with strong divergence: P and rows), and C and H with a penalty.
@@ -334,7 +421,7 @@ impl Passes for Correspondence {
     }
 
     fn bytes(&self) -> usize {
-        self.laws.bytes() + self.penalty.bytes()
+        self.laws.bytes() + self.penalty.bytes() + self.kept.bytes()
     }
 }
 

@@ -3,10 +3,11 @@
 
 use super::Scene;
 use super::body::Weights;
-use crate::damage::Breaking;
+use crate::damage::{BondsView, Breaking};
 use crate::families::{Families, Property};
 use crate::kernel::family::{BreakHere, Family, Limits, Omega, Record};
 use crate::workers::{PerPoint, Ragged};
+use std::sync::atomic::AtomicUsize;
 
 /// Numbers beyond those of tables that let the first of them begin a line of the cache.
 pub(super) const SLACK: usize = 7;
@@ -74,4 +75,16 @@ pub(super) fn break_here<'a>(
     let (first, remaining) = (offsets[first_point] as usize, masks.values);
     remaining.copy_from_slice(&scene.bonds.intact[first..first + remaining.len()]);
     Some(BreakHere { limits, remaining, first })
+}
+
+/// The scene with the bonds that remain.
+pub(super) fn remaining<'a>(scene: &Scene<'a>, breaking: &'a Option<Breaking<'_>>) -> Scene<'a> {
+    let intact = breaking.as_ref().map_or(scene.bonds.intact, |breaking| &*breaking.intact);
+    Scene { bonds: BondsView { intact, ..scene.bonds }, ..*scene }
+}
+
+/// The first point that was noted, if any was.
+pub(super) fn first(noted: AtomicUsize) -> Option<usize> {
+    let found = noted.into_inner();
+    (found != usize::MAX).then_some(found)
 }

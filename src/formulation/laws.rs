@@ -56,6 +56,11 @@ impl Laws {
         self.of.at(point)
     }
 
+    /// The law, if all points share it.
+    pub(super) fn only(&self) -> Option<&Law> {
+        self.of.only()
+    }
+
     /// Whether any of them has a memory.
     pub(super) fn remember(&self) -> bool {
         self.remember

@@ -12,6 +12,7 @@ mod constants;
 mod correspondence;
 mod gradient;
 mod in_lanes;
+mod kept_rows;
 mod kinematics;
 mod lagrangian;
 mod laws;

@@ -15,7 +15,7 @@ use super::{
 };
 use crate::damage::Breaking;
 use crate::error::{Error, Result};
-use crate::kernel::family::{Family, Record};
+use crate::kernel::family::Record;
 use crate::kernel::ordinary_state_based::{OtherPull, OwnPull};
 use crate::material::Law;
 use crate::model::Model;
@@ -122,30 +122,8 @@ impl Lps {
         };
         (link.own * pull(point) + link.other * pull(link.neighbor), now)
     }
-}
 
-impl Passes for Lps {
-    fn weights(&self) -> &Weights {
-        &self.weights
-    }
-
-    fn corrected_modulus(&self, point: usize) -> Option<f64> {
-        self.corrected.as_ref().map(|moduli| *moduli.at(point))
-    }
-
-    fn correct(&mut self, factors: Vec<f64>) {
-        self.weights.correction = Some(factors);
-    }
-
-    fn room_of_lanes(&self, points: usize, _: usize) -> usize {
-        2 * points * size_of::<Record>() / size_of::<f64>() + in_lanes::SLACK
-    }
-
-    fn runs_in_lanes(&self, scene: &Scene<'_>) -> bool {
-        in_lanes::omega(scene, &self.weights).is_some()
-    }
-
-    fn sweep_lanes<const D: usize>(
+    fn swept<const D: usize>(
         &self,
         scene: &Scene<'_>,
         scratch: &mut [f64],
@@ -165,8 +143,8 @@ impl Passes for Lps {
             let (force, left) = (force.0, left.0);
             scene.simd.run(OwnPull::<_, D> { family, moduli, range, force, left, breaking });
         });
-        let intact = breaking.as_ref().map_or(scene.bonds.intact, |breaking| &*breaking.intact);
-        let family = Family::new(scene.families, left, intact, omega);
+        let scene = &in_lanes::remaining(scene, breaking);
+        let family = in_lanes::family(scene, left, omega);
         let bad = AtomicUsize::new(usize::MAX);
         scene.workers.sweep(count, PerPoint(force, D), |range, force| {
             let sweep = OtherPull::<D> { family, range, force: force.0 };
@@ -174,8 +152,42 @@ impl Passes for Lps {
                 bad.fetch_min(point, Ordering::Relaxed);
             }
         });
-        let found = bad.into_inner();
-        (found != usize::MAX).then_some(found)
+        in_lanes::first(bad)
+    }
+}
+
+impl Passes for Lps {
+    fn weights(&self) -> &Weights {
+        &self.weights
+    }
+
+    fn corrected_modulus(&self, point: usize) -> Option<f64> {
+        self.corrected.as_ref().map(|moduli| *moduli.at(point))
+    }
+
+    fn correct(&mut self, factors: Vec<f64>) {
+        self.weights.correction = Some(factors);
+    }
+
+    fn room_of_lanes(&self, points: usize, _: usize) -> usize {
+        2 * points * size_of::<Record>() / size_of::<f64>() + 2 * in_lanes::SLACK
+    }
+
+    fn runs_in_lanes(&self, scene: &Scene<'_>) -> bool {
+        in_lanes::omega(scene, &self.weights).is_some()
+    }
+
+    fn sweep_lanes(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        force: &mut [f64],
+        breaking: &mut Option<Breaking<'_>>,
+    ) -> Option<usize> {
+        match scene.dimension {
+            3 => self.swept::<3>(scene, scratch, force, breaking),
+            _ => self.swept::<2>(scene, scratch, force, breaking),
+        }
     }
 
     /// 1/m (0 without a family) and theta.

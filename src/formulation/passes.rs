@@ -6,6 +6,7 @@ use super::body::{Body, Weights};
 use super::breaking::Near;
 use super::laws::Laws;
 use crate::damage::Breaking;
+use crate::error::Result;
 use crate::material::Deformation;
 use crate::tensor::Vector;
 
@@ -60,6 +61,11 @@ pub(super) trait Passes: Sized + Send + Sync {
         }
     }
 
+    /// Takes the body as it is before the first step.
+    fn refer_to(&mut self, _scene: &Scene<'_>) -> Result<()> {
+        Ok(())
+    }
+
     /// Numbers that its sweeps in lanes write aside; 0 where it has none.
     fn room_of_lanes(&self, _points: usize, _dimension: usize) -> usize {
         0
@@ -72,7 +78,7 @@ pub(super) trait Passes: Sized + Send + Sync {
 
     /// All forces of such a scene. With `breaking`, bonds that the rule condemns break in its masks first; what that
     /// dissipates is not its concern. Gives the first point whose force is not finite.
-    fn sweep_lanes<const D: usize>(
+    fn sweep_lanes(
         &self,
         _scene: &Scene<'_>,
         _scratch: &mut [f64],

@@ -273,6 +273,7 @@ fn gather<const D: usize>(
 
 impl<P: Passes> Formulation for StateBased<P> {
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
+        self.passes.refer_to(scene)?;
         if self.passes.corrected_modulus(0).is_none() {
             return Ok(());
         }
@@ -321,10 +322,7 @@ impl<P: Passes> Formulation for StateBased<P> {
         let mut bonds = scene.bonds;
         let mut breaking = breaking;
         if self.passes.runs_in_lanes(scene) {
-            let bad = match scene.dimension {
-                3 => self.passes.sweep_lanes::<3>(scene, scratch, force, &mut breaking),
-                _ => self.passes.sweep_lanes::<2>(scene, scratch, force, &mut breaking),
-            };
+            let bad = self.passes.sweep_lanes(scene, scratch, force, &mut breaking);
             if let Some(breaking) = &mut breaking
                 && breaking.intact != scene.bonds.intact
             {

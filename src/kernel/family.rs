@@ -93,6 +93,21 @@ impl<'a> Family<'a> {
         &self.records[point]
     }
 
+    /// Masks of a point's blocks.
+    #[inline(always)]
+    pub(super) fn masks(&self, point: usize) -> &'a [u8] {
+        let (start, end) = self.slots(point);
+        &self.intact[start / LANES..end / LANES]
+    }
+
+    /// The other ends of a block of bonds.
+    #[inline(always)]
+    pub(super) fn block(&self, slot: usize) -> &'a [u32; LANES] {
+        prefetch(&self.families.neighbors, slot + AHEAD * LANES);
+        let (blocks, _) = self.families.neighbors.as_chunks();
+        &blocks[slot / LANES]
+    }
+
     /// Which of the bonds from a slot on are there; what lies beyond the lanes does not matter.
     #[inline(always)]
     pub(super) fn bits(&self, slot: usize) -> u8 {
@@ -101,8 +116,9 @@ impl<'a> Family<'a> {
         unsafe { *self.intact.get_unchecked(slot / LANES) >> (slot % LANES) }
     }
 
+    /// The other ends of the bonds from a slot on.
     #[inline(always)]
-    fn neighbors<S: Simd>(&self, slot: usize) -> &'a [u32] {
+    pub(super) fn names<S: Simd>(&self, slot: usize) -> &'a [u32] {
         debug_assert!(slot + S::WIDTH <= self.families.neighbors.len());
         // SAFETY: slots are those of a point's blocks, which end before the lists do.
         unsafe { self.families.neighbors.get_unchecked(slot..slot + S::WIDTH) }
@@ -116,7 +132,7 @@ impl<'a> Family<'a> {
         own: &[S::Lanes; 8],
         slot: usize,
     ) -> Bonds<S::Lanes, D> {
-        let neighbors = self.neighbors::<S>(slot);
+        let neighbors = self.names::<S>(slot);
         prefetch(&self.families.neighbors, slot + AHEAD * LANES);
         // SAFETY: the search makes neighbours of points of the body alone, and each has a record.
         let places = unsafe { simd.columns(self.records, 0, neighbors) };
@@ -137,6 +153,12 @@ impl<'a> Family<'a> {
             Influence::Constant => factor,
             _ => factor * self.weights(simd, slot),
         }
+    }
+
+    /// Whether omega is not 1.
+    #[inline(always)]
+    pub(super) fn is_weighted(&self) -> bool {
+        self.omega.influence != Influence::Constant
     }
 
     /// omega of the bonds from a slot on; in the rim of the horizon that at the horizon.
@@ -207,6 +229,45 @@ impl<F: Lanes> Lengths<F> {
     }
 }
 
+/// Rows of numbers, one a point.
+#[derive(Clone, Copy)]
+pub(crate) struct Table<'a, const C: usize>(&'a [[f64; C]]);
+
+impl<'a, const C: usize> Table<'a, C> {
+    /// Panics when there is not a row a point of the family.
+    pub(crate) fn new(family: &Family<'_>, rows: &'a [[f64; C]]) -> Self {
+        assert_eq!(family.records.len(), rows.len());
+        Self(rows)
+    }
+
+    #[inline(always)]
+    pub(super) fn row(&self, point: usize) -> &'a [f64; C] {
+        &self.0[point]
+    }
+
+    /// # Safety
+    /// All of `at` name points.
+    #[inline(always)]
+    pub(super) unsafe fn columns<S: Simd>(
+        &self,
+        simd: S,
+        first: usize,
+        at: &[u32],
+    ) -> [S::Lanes; 4] {
+        // SAFETY: as the caller has promised.
+        unsafe { simd.columns(self.0, first, at) }
+    }
+
+    /// # Safety
+    /// It names a point.
+    #[inline(always)]
+    pub(super) unsafe fn row_of(&self, name: u32) -> &'a [f64; C] {
+        debug_assert!((name as usize) < self.0.len());
+        // SAFETY: as the caller has promised.
+        unsafe { self.0.get_unchecked(name as usize) }
+    }
+}
+
 /// When bonds break.
 #[derive(Clone, Copy)]
 pub(crate) struct Limits<'a> {
@@ -257,7 +318,7 @@ impl<'a> Limits<'a> {
         point: usize,
         slot: usize,
     ) -> S::Lanes {
-        let neighbors = family.neighbors::<S>(slot);
+        let neighbors = family.names::<S>(slot);
         simd.each(|lane| {
             let stretch = self.rule.threshold(slot + lane, point, neighbors[lane] as usize);
             squared_ratio_less_one(stretch)

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use super::simd::{Kernel, Lanes, Mask, Simd};
 use crate::families::LANES;
-use crate::families::lattice::Lattice;
+use crate::families::lattice::{Lattice, Step};
 
 /// What the sweep reads.
 #[derive(Clone, Copy)]
@@ -148,35 +148,70 @@ impl<S: Simd, const D: usize> Pulls<'_, S, D> {
         }
         let mut sum = [simd.splat(0.0); D];
         let mut beyond = 0;
-        for (step, &mask) in groups.lattice.stencil.iter().zip(masks) {
-            let there = cell.wrapping_add_signed(step.cells);
-            let (mut bond, mut product) = (own, threshold);
-            for axis in 0..D {
-                debug_assert!(there + S::WIDTH <= groups.shifts[axis].len());
-                // SAFETY: the stencil leads from the cells of groups to cells, as `Groups::new` has seen.
-                let moved = unsafe { groups.shifts[axis].get_unchecked(there..there + S::WIDTH) };
-                let shift = simd.load(moved) - own[axis];
-                let reference = simd.splat(step.reference[axis]);
-                bond[axis] = reference + shift;
-                let both = reference + bond[axis];
-                product = match axis {
-                    0 => shift * both,
-                    _ => shift.mul_add(both, product),
-                };
-            }
-            let change = product * simd.splat(step.inverse_squared);
-            let bits = mask >> lane;
-            if LOOK {
-                beyond |= change.above(threshold).bits() & bits;
-            }
-            let mut weight = change.shortfall() * simd.splat(step.weight);
-            if !WHOLE {
-                weight = weight.only(simd.mask(bits));
-            }
-            for axis in 0..D {
-                sum[axis] = weight.mul_add(bond[axis], sum[axis]);
-            }
+        let stencil = &groups.lattice.stencil[..];
+        let Some((first, rest)) = stencil.split_first() else { return (sum, 0) };
+        // While one step's root is taken, the next one's points are fetched.
+        let (mut step, mut pulled) = (first, self.stretch(cell, first, &own));
+        let (&last, before) = masks.split_last().unwrap_or((&0, &[]));
+        for (next, &mask) in rest.iter().zip(before) {
+            let ahead = self.stretch(cell, next, &own);
+            beyond |= self.pull::<WHOLE, LOOK>(step, mask >> lane, pulled, &mut sum);
+            (step, pulled) = (next, ahead);
         }
+        beyond |= self.pull::<WHOLE, LOOK>(step, last >> lane, pulled, &mut sum);
         (sum, beyond)
     }
+
+    #[inline(always)]
+    fn stretch(&self, cell: usize, step: &Step, own: &[S::Lanes; D]) -> Pulled<S::Lanes, D> {
+        let Self { simd, groups, threshold } = *self;
+        let there = cell.wrapping_add_signed(step.cells);
+        let (mut bond, mut product) = (*own, threshold);
+        for axis in 0..D {
+            debug_assert!(there + S::WIDTH <= groups.shifts[axis].len());
+            // SAFETY: the stencil leads from the cells of groups to cells, as `Groups::new` has seen.
+            let moved = unsafe { groups.shifts[axis].get_unchecked(there..there + S::WIDTH) };
+            let shift = simd.load(moved) - own[axis];
+            let reference = simd.splat(step.reference[axis]);
+            bond[axis] = reference + shift;
+            let both = reference + bond[axis];
+            product = match axis {
+                0 => shift * both,
+                _ => shift.mul_add(both, product),
+            };
+        }
+        Pulled { bond, change: product * simd.splat(step.inverse_squared) }
+    }
+
+    /// Adds the forces of a step's bonds to the sum. With `LOOK`, gives those that come close to their limit.
+    #[inline(always)]
+    fn pull<const WHOLE: bool, const LOOK: bool>(
+        &self,
+        step: &Step,
+        bits: u8,
+        pulled: Pulled<S::Lanes, D>,
+        sum: &mut [S::Lanes; D],
+    ) -> u8 {
+        let mut beyond = 0;
+        if LOOK {
+            beyond = pulled.change.above(self.threshold).bits() & bits;
+        }
+        let mut weight = pulled.change.shortfall() * self.simd.splat(step.weight);
+        if !WHOLE {
+            weight = weight.only(self.simd.mask(bits));
+        }
+        for (sum, bond) in sum.iter_mut().zip(pulled.bond) {
+            *sum = weight.mul_add(bond, *sum);
+        }
+        beyond
+    }
+}
+
+/// Bonds at a displacement.
+#[derive(Clone, Copy)]
+struct Pulled<F, const D: usize> {
+    /// y
+    bond: [F; D],
+    /// (l/L)^2 - 1
+    change: F,
 }

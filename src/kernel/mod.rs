@@ -2,6 +2,9 @@
 
 pub(crate) mod bond_based;
 pub(crate) mod family;
+pub(crate) mod gradient;
+pub(crate) mod gradient_pull;
 pub(crate) mod lattice;
 pub(crate) mod ordinary_state_based;
+pub(crate) mod quadrature;
 pub(crate) mod simd;

@@ -138,6 +138,11 @@ impl Law {
         }
     }
 
+    /// lambda and mu, if it is Saint Venant-Kirchhoff's.
+    pub(crate) fn saint_venant_kirchhoff(&self, dimension: usize) -> Option<(f64, f64)> {
+        (self.kind == Kind::SaintVenantKirchhoff).then(|| self.plane(dimension))
+    }
+
     /// Whether it is asked by [`Law::remember`].
     pub(crate) fn has_memory(&self) -> bool {
         matches!(self.kind, Kind::Hypoelastic(_) | Kind::Host)

@@ -20,6 +20,7 @@ mod forces;
 mod formulations;
 mod hosts;
 mod isolated;
+mod levels;
 mod random;
 mod scene;
 mod stability;

@@ -3,14 +3,14 @@
 use std::arch::x86_64::*;
 use std::ops::BitAnd;
 
-use super::{LEAST, Lanes, Mask, Simd, operators};
+use super::{LEAST, Lanes, Mask, Quad, Simd, operators};
 
 /// AVX2 with fused multiply-add.
 #[derive(Clone, Copy)]
 pub(super) struct Avx2(());
 
 #[derive(Clone, Copy)]
-pub(super) struct Four(__m256d);
+pub(super) struct Four(pub(super) __m256d);
 
 /// All bits of a lane are set, or none.
 #[derive(Clone, Copy)]
@@ -36,6 +36,7 @@ impl Simd for Avx2 {
     const WIDTH: usize = 4;
     type Lanes = Four;
     type Mask = Chosen;
+    type Quad = Four;
 
     #[inline(always)]
     fn splat(self, value: f64) -> Four {
@@ -48,6 +49,18 @@ impl Simd for Avx2 {
         let values = &values[..4];
         // SAFETY: the machine has the level, and there are four numbers.
         Four(unsafe { _mm256_loadu_pd(values.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn quad(self, numbers: &[f64; 4]) -> Four {
+        // SAFETY: the machine has the level, and there are four numbers.
+        Four(unsafe { _mm256_loadu_pd(numbers.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn quad_of(self, number: f64) -> Four {
+        // SAFETY: the machine has the level.
+        Four(unsafe { _mm256_set1_pd(number) })
     }
 
     #[inline(always)]
@@ -193,6 +206,33 @@ impl Lanes for Four {
             let pair = _mm_add_pd(_mm256_castpd256_pd128(self.0), high);
             _mm_cvtsd_f64(_mm_add_sd(pair, _mm_unpackhi_pd(pair, pair)))
         }
+    }
+}
+
+impl Quad for Four {
+    #[inline(always)]
+    fn fused(self, factor: Self, term: Self) -> Self {
+        self.mul_add(factor, term)
+    }
+
+    #[inline(always)]
+    fn component<const K: usize>(self) -> Self {
+        // SAFETY: lanes of a level exist only where the machine has it.
+        Self(unsafe {
+            match K {
+                0 => _mm256_permute4x64_pd::<0x00>(self.0),
+                1 => _mm256_permute4x64_pd::<0x55>(self.0),
+                2 => _mm256_permute4x64_pd::<0xaa>(self.0),
+                _ => _mm256_permute4x64_pd::<0xff>(self.0),
+            }
+        })
+    }
+
+    #[inline(always)]
+    fn numbers(self) -> [f64; 4] {
+        let mut numbers = [0.0; 4];
+        self.store(&mut numbers);
+        numbers
     }
 }
 

@@ -3,6 +3,7 @@
 use std::arch::x86_64::*;
 use std::ops::BitAnd;
 
+use super::avx2::Four;
 use super::{LEAST, Lanes, Mask, Simd, operators};
 
 /// AVX-512 with the F, DQ, BW and VL parts.
@@ -35,6 +36,7 @@ impl Simd for Avx512 {
     const WIDTH: usize = 8;
     type Lanes = Eight;
     type Mask = Bits;
+    type Quad = Four;
 
     #[inline(always)]
     fn splat(self, value: f64) -> Eight {
@@ -47,6 +49,18 @@ impl Simd for Avx512 {
         let values = &values[..8];
         // SAFETY: the machine has the level, and there are eight numbers.
         Eight(unsafe { _mm512_loadu_pd(values.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn quad(self, numbers: &[f64; 4]) -> Four {
+        // SAFETY: the machine has the level, and there are four numbers.
+        Four(unsafe { _mm256_loadu_pd(numbers.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn quad_of(self, number: f64) -> Four {
+        // SAFETY: the machine has the level.
+        Four(unsafe { _mm256_set1_pd(number) })
     }
 
     #[inline(always)]

@@ -1,9 +1,9 @@
 //! Two lanes: a register of SSE2 on x86-64, and elsewhere two numbers that the compiler has a free hand with. Each
 //! lane is rounded by itself, so both give the same bits.
 
-use std::ops::BitAnd;
+use std::ops::{Add, BitAnd, Mul, Sub};
 
-use super::{LEAST, Lanes, Mask, Simd, operators};
+use super::{LEAST, Lanes, Mask, Quad, Simd, operators};
 use registers::{Chosen as ChosenPair, Pair};
 
 /// What every machine has.
@@ -23,10 +23,71 @@ operators! { Two:
     Div div = registers::divide;
 }
 
+/// Four numbers, two by two.
+#[derive(Clone, Copy)]
+pub(super) struct Pairs([Two; 2]);
+
+impl Pairs {
+    #[inline(always)]
+    fn with(self, other: Self, pair: impl Fn(Two, Two) -> Two) -> Self {
+        Self([pair(self.0[0], other.0[0]), pair(self.0[1], other.0[1])])
+    }
+}
+
+impl Add for Pairs {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.with(other, |one, two| one + two)
+    }
+}
+
+impl Sub for Pairs {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.with(other, |one, two| one - two)
+    }
+}
+
+impl Mul for Pairs {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.with(other, |one, two| one * two)
+    }
+}
+
+impl Quad for Pairs {
+    #[inline(always)]
+    fn fused(self, factor: Self, term: Self) -> Self {
+        self * factor + term
+    }
+
+    #[inline(always)]
+    fn component<const K: usize>(self) -> Self {
+        let pair = self.0[K / 2].0;
+        let number = if K % 2 == 0 { registers::low(pair) } else { registers::high(pair) };
+        Baseline.quad_of(number)
+    }
+
+    #[inline(always)]
+    fn numbers(self) -> [f64; 4] {
+        let [one, two] = self.0;
+        [
+            registers::low(one.0),
+            registers::high(one.0),
+            registers::low(two.0),
+            registers::high(two.0),
+        ]
+    }
+}
+
 impl Simd for Baseline {
     const WIDTH: usize = 2;
     type Lanes = Two;
     type Mask = Chosen;
+    type Quad = Pairs;
 
     #[inline(always)]
     fn splat(self, value: f64) -> Two {
@@ -37,6 +98,16 @@ impl Simd for Baseline {
     fn load(self, values: &[f64]) -> Two {
         let values = &values[..2];
         Two(registers::pair(values[0], values[1]))
+    }
+
+    #[inline(always)]
+    fn quad(self, numbers: &[f64; 4]) -> Pairs {
+        Pairs([self.load(numbers), self.load(&numbers[2..])])
+    }
+
+    #[inline(always)]
+    fn quad_of(self, number: f64) -> Pairs {
+        Pairs([self.splat(number); 2])
     }
 
     #[inline(always)]

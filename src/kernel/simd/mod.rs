@@ -32,6 +32,7 @@ pub(crate) trait Simd: Copy {
     const WIDTH: usize;
     type Lanes: Lanes<Mask = Self::Mask>;
     type Mask: Mask;
+    type Quad: Quad;
 
     fn splat(self, value: f64) -> Self::Lanes;
 
@@ -48,6 +49,10 @@ pub(crate) trait Simd: Copy {
         }
         self.load(&values)
     }
+
+    fn quad(self, numbers: &[f64; 4]) -> Self::Quad;
+
+    fn quad_of(self, number: f64) -> Self::Quad;
 
     /// The lanes whose bits are set; bits beyond the last lane do not matter.
     fn mask(self, bits: u8) -> Self::Mask;
@@ -74,6 +79,19 @@ pub(crate) trait Simd: Copy {
         // SAFETY: as the caller has promised.
         self.each(|k| unsafe { *table.get_unchecked(at[k] as usize) })
     }
+}
+
+/// Four numbers of one row: a vector, and what stands behind it.
+pub(crate) trait Quad:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
+{
+    /// self factor + term, rounded once where the level can.
+    fn fused(self, factor: Self, term: Self) -> Self;
+
+    /// One of the numbers in place of all.
+    fn component<const K: usize>(self) -> Self;
+
+    fn numbers(self) -> [f64; 4];
 }
 
 /// One number in each lane.

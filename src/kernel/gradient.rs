@@ -1,0 +1,284 @@
+//! The gradient of the displacement at points, over blocks of bonds: grad u = sum w du (rows q)^T V with the monomials q
+//! of bonds. [P 3.31-3.53]
+//!
+//! The rows follow from the bonds alone. They are kept with the masks that they belong to, and made anew where a bond
+//! of the family has changed.
+
+use std::ops::Range;
+
+use super::family::{BreakHere, Family};
+use super::simd::{Kernel, Lanes, Simd};
+
+/// Most monomials.
+const MOST: usize = 9;
+
+/// sum w q q^T V, sum w q V and sum w V of a point.
+pub(crate) struct Moments {
+    pub(crate) products: [[f64; MOST]; MOST],
+    pub(crate) sums: [f64; MOST],
+    pub(crate) weight: f64,
+}
+
+/// How the gradient of a point is made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Kind {
+    /// As it stands.
+    Even,
+    /// In two steps, the second from what the first has left.
+    Steep,
+    /// Not here.
+    Odd,
+}
+
+/// What is kept of a point: kind, 1/sum w V, rows and sum w q V.
+pub(crate) const fn kept_width(dimension: usize, size: usize) -> usize {
+    2 + size * (dimension + 1)
+}
+
+impl Kind {
+    pub(crate) fn number(self) -> f64 {
+        match self {
+            Self::Even => 1.0,
+            Self::Steep => 2.0,
+            Self::Odd => 3.0,
+        }
+    }
+
+    /// Of what is kept of a point.
+    #[inline(always)]
+    pub(crate) fn of(kept: &[f64]) -> Self {
+        match kept[0] {
+            1.0 => Self::Even,
+            2.0 => Self::Steep,
+            _ => Self::Odd,
+        }
+    }
+}
+
+/// What is kept of the points of a range, and the masks that it belongs to. Nothing is kept where the kind is 0.
+pub(crate) struct Kept<'a> {
+    pub(crate) numbers: &'a mut [f64],
+    pub(crate) masks: &'a mut [u8],
+}
+
+/// Gradients of the points of a range, given to `finish`; what is kept of points is made by `keep`.
+pub(crate) struct GradientSweep<'a, K, F, const D: usize, const SIZE: usize> {
+    pub(crate) family: Family<'a>,
+    pub(crate) horizon: f64,
+    pub(crate) range: Range<usize>,
+    pub(crate) breaking: Option<BreakHere<'a>>,
+    pub(crate) kept: Kept<'a>,
+    pub(crate) keep: K,
+    pub(crate) finish: F,
+}
+
+/// Monomials of bonds: their vectors, and with second order these over the horizon and their products.
+#[inline(always)]
+fn monomials<S: Simd, const D: usize, const SIZE: usize>(
+    simd: S,
+    reference: &[S::Lanes; D],
+    horizon: f64,
+) -> [S::Lanes; SIZE] {
+    let mut terms = [simd.splat(0.0); SIZE];
+    if SIZE == D {
+        terms[..D].copy_from_slice(reference);
+        return terms;
+    }
+    let scale = simd.splat(1.0 / horizon);
+    for axis in 0..D {
+        let q = reference[axis] * scale;
+        terms[axis] = q;
+        terms[D + axis] = q * q;
+    }
+    let mut next = 2 * D;
+    for first in 0..D {
+        for second in first + 1..D {
+            terms[next] = terms[first] * terms[second];
+            next += 1;
+        }
+    }
+    terms
+}
+
+impl<K, F, const D: usize, const SIZE: usize> Kernel for GradientSweep<'_, K, F, D, SIZE>
+where
+    K: Fn(&Moments, &mut [f64]),
+    F: FnMut(usize, &[f64], &[[f64; D]; D]),
+{
+    /// Whether there are odd points, which `finish` has not seen.
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> bool {
+        let Self { family, horizon, range, mut breaking, kept, keep, mut finish } = self;
+        let sums = Sums { simd, family, horizon };
+        let (width, start) = (kept_width(D, SIZE), family.slots(range.start).0 / 8);
+        let mut odd = false;
+        for (kept_here, point) in kept.numbers.chunks_exact_mut(width).zip(range) {
+            let moved = sums.moved::<D, SIZE>(point, &mut breaking);
+            let (first, end) = family.slots(point);
+            let blocks = first / 8 - start..end / 8 - start;
+            let masks = match &breaking {
+                Some(breaking) => &breaking.remaining[blocks.clone()],
+                None => family.masks(point),
+            };
+            let old = &mut kept.masks[blocks];
+            if kept_here[0] == 0.0 || old != masks {
+                old.copy_from_slice(masks);
+                keep(&sums.moments::<D, SIZE>(point, masks), kept_here);
+            }
+            let kind = Kind::of(kept_here);
+            if kind == Kind::Odd {
+                odd = true;
+                continue;
+            }
+            let mut gradient = times_rows::<D, SIZE>(&moved, kept_here);
+            if kind == Kind::Steep {
+                let rest = sums.unseen::<D, SIZE>(point, old, &gradient);
+                let rest = times_rows::<D, SIZE>(&rest, kept_here);
+                for (row, rest) in gradient.iter_mut().zip(&rest) {
+                    for (value, rest) in row.iter_mut().zip(rest) {
+                        *value += rest;
+                    }
+                }
+            }
+            finish(point, kept_here, &gradient);
+        }
+        odd
+    }
+}
+
+/// sum w du (rows q)^T V of sum w du q^T V.
+#[inline(always)]
+fn times_rows<const D: usize, const SIZE: usize>(
+    moved: &[[f64; SIZE]; D],
+    kept: &[f64],
+) -> [[f64; D]; D] {
+    let rows = &kept[2..2 + D * SIZE];
+    let mut gradient = [[0.0; D]; D];
+    for row in 0..D {
+        for column in 0..D {
+            let mut sum = 0.0;
+            for k in 0..SIZE {
+                sum += moved[row][k] * rows[column * SIZE + k];
+            }
+            gradient[row][column] = sum;
+        }
+    }
+    gradient
+}
+
+/// What the loops over bonds share.
+struct Sums<'a, S> {
+    simd: S,
+    family: Family<'a>,
+    horizon: f64,
+}
+
+impl<S: Simd> Sums<'_, S> {
+    /// sum w du q^T V; bonds break first.
+    #[inline(always)]
+    fn moved<const D: usize, const SIZE: usize>(
+        &self,
+        point: usize,
+        breaking: &mut Option<BreakHere<'_>>,
+    ) -> [[f64; SIZE]; D] {
+        let Self { simd, family, horizon } = *self;
+        let own = family.record(point).map(|number| simd.splat(number));
+        let mut sum = [[simd.splat(0.0); SIZE]; D];
+        let (start, end) = family.slots(point);
+        for slot in (start..end).step_by(S::WIDTH) {
+            let bonds = family.bonds::<S, D>(simd, &own, slot);
+            let mut bits = family.bits(slot);
+            if let Some(breaking) = breaking {
+                breaking.at(simd, &family, (point, slot), &bonds.lengths(simd), &mut bits);
+            }
+            let weight = family.weighted(simd, slot, bonds.volume).only(simd.mask(bits));
+            let q = monomials::<S, D, SIZE>(simd, &bonds.reference, horizon);
+            for row in 0..D {
+                let weighted = weight * bonds.moved[row];
+                for k in 0..SIZE {
+                    sum[row][k] = weighted.mul_add(q[k], sum[row][k]);
+                }
+            }
+        }
+        totals(&sum)
+    }
+
+    /// The same of what a gradient does not see of du.
+    #[inline(always)]
+    fn unseen<const D: usize, const SIZE: usize>(
+        &self,
+        point: usize,
+        masks: &[u8],
+        gradient: &[[f64; D]; D],
+    ) -> [[f64; SIZE]; D] {
+        let Self { simd, family, horizon } = *self;
+        let own = family.record(point).map(|number| simd.splat(number));
+        let mut sum = [[simd.splat(0.0); SIZE]; D];
+        let (start, end) = family.slots(point);
+        for slot in (start..end).step_by(S::WIDTH) {
+            let bonds = family.bonds::<S, D>(simd, &own, slot);
+            let bits = masks[(slot - start) / 8] >> (slot % 8);
+            let weight = family.weighted(simd, slot, bonds.volume).only(simd.mask(bits));
+            let q = monomials::<S, D, SIZE>(simd, &bonds.reference, horizon);
+            for row in 0..D {
+                let mut rest = bonds.moved[row];
+                for axis in 0..D {
+                    let slope = simd.splat(gradient[row][axis]);
+                    rest = slope.mul_sub_from(bonds.reference[axis], rest);
+                }
+                let weighted = weight * rest;
+                for k in 0..SIZE {
+                    sum[row][k] = weighted.mul_add(q[k], sum[row][k]);
+                }
+            }
+        }
+        totals(&sum)
+    }
+
+    #[inline(always)]
+    fn moments<const D: usize, const SIZE: usize>(&self, point: usize, masks: &[u8]) -> Moments {
+        let Self { simd, family, horizon } = *self;
+        let own = family.record(point).map(|number| simd.splat(number));
+        let zero = simd.splat(0.0);
+        let (mut products, mut sums, mut weights) = ([[zero; SIZE]; SIZE], [zero; SIZE], zero);
+        let (start, end) = family.slots(point);
+        for slot in (start..end).step_by(S::WIDTH) {
+            let bonds = family.bonds::<S, D>(simd, &own, slot);
+            let bits = masks[(slot - start) / 8] >> (slot % 8);
+            let weight = family.weighted(simd, slot, bonds.volume).only(simd.mask(bits));
+            let q = monomials::<S, D, SIZE>(simd, &bonds.reference, horizon);
+            weights = weights + weight;
+            for row in 0..SIZE {
+                let weighted = weight * q[row];
+                sums[row] = sums[row] + weighted;
+                for column in 0..=row {
+                    products[row][column] = weighted.mul_add(q[column], products[row][column]);
+                }
+            }
+        }
+        let mut moments =
+            Moments { products: [[0.0; MOST]; MOST], sums: [0.0; MOST], weight: weights.total() };
+        for row in 0..SIZE {
+            moments.sums[row] = sums[row].total();
+            for column in 0..=row {
+                let total = products[row][column].total();
+                moments.products[row][column] = total;
+                moments.products[column][row] = total;
+            }
+        }
+        moments
+    }
+}
+
+#[inline(always)]
+fn totals<F: Lanes, const D: usize, const SIZE: usize>(sums: &[[F; SIZE]; D]) -> [[f64; SIZE]; D] {
+    let mut totals = [[0.0; SIZE]; D];
+    for row in 0..D {
+        for k in 0..SIZE {
+            totals[row][k] = sums[row][k].total();
+        }
+    }
+    totals
+}

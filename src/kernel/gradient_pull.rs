@@ -1,0 +1,111 @@
+//! What bonds pull that a gradient has been taken of: sum w V_j T_j q(-xi) over the other ends j, with tensors T of so
+//! many columns as there are monomials. [P 3.31-3.53]
+//!
+//! Here rows are not turned into columns: a bond is a few products of a column of its tensor with a number.
+
+use std::ops::Range;
+
+use super::family::{Family, Table};
+use super::simd::{Kernel, Lanes, Quad, Simd};
+
+/// Adds the pull of other ends to the forces of a range. Rows of the table have the place of a point, and the columns
+/// of V T, in four numbers each. Gives the first point whose force is not finite.
+pub(crate) struct GradientPull<'a, const D: usize, const C: usize> {
+    pub(crate) family: Family<'a>,
+    pub(crate) table: Table<'a, C>,
+    pub(crate) horizon: f64,
+    pub(crate) range: Range<usize>,
+    pub(crate) force: &'a mut [f64],
+}
+
+/// Sums that are kept apart, so that one does not wait for the other.
+const APART: usize = 4;
+
+impl<const D: usize, const C: usize> Kernel for GradientPull<'_, D, C> {
+    type Output = Option<usize>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Option<usize> {
+        let Self { family, table, horizon, range, force } = self;
+        let (forces, _) = force.as_chunks_mut::<D>();
+        let scale = simd.quad_of(if C == 4 * (1 + D) { 1.0 } else { 1.0 / horizon });
+        let weighs = family.is_weighted();
+        let mut bad = None;
+        for (force, point) in forces.iter_mut().zip(range) {
+            let place = simd.quad(quad_at(table.row(point), 0));
+            let mut sums = [simd.quad_of(0.0); APART];
+            let (start, end) = family.slots(point);
+            let mut weights = [1.0; 8];
+            for slot in (start..end).step_by(8) {
+                let bits = family.bits(slot);
+                if weighs {
+                    for lane in (0..8).step_by(S::WIDTH) {
+                        family.weights(simd, slot + lane).store(&mut weights[lane..]);
+                    }
+                }
+                let names = family.block(slot);
+                for lane in 0..8 {
+                    if bits >> lane & 1 == 0 {
+                        continue;
+                    }
+                    // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
+                    let row = unsafe { table.row_of(names[lane]) };
+                    let pull = pull::<S, D, C>(simd, row, place, scale);
+                    let sum = &mut sums[lane % APART];
+                    *sum = if weighs {
+                        pull.fused(simd.quad_of(weights[lane]), *sum)
+                    } else {
+                        *sum + pull
+                    };
+                }
+            }
+            let sum = ((sums[0] + sums[1]) + (sums[2] + sums[3])).numbers();
+            for axis in 0..D {
+                force[axis] += sum[axis];
+            }
+            if bad.is_none() && !force.iter().all(|component| component.is_finite()) {
+                bad = Some(point);
+            }
+        }
+        bad
+    }
+}
+
+#[inline(always)]
+fn quad_at<const C: usize>(row: &[f64; C], number: usize) -> &[f64; 4] {
+    &row.as_chunks().0[number]
+}
+
+/// V_j (- T_j q(-xi)): what is of second order does not change its sign with xi.
+#[inline(always)]
+fn pull<S: Simd, const D: usize, const C: usize>(
+    simd: S,
+    row: &[f64; C],
+    place: S::Quad,
+    scale: S::Quad,
+) -> S::Quad {
+    let column = |number: usize| simd.quad(quad_at(row, 1 + number));
+    let reference = simd.quad(quad_at(row, 0)) - place;
+    let is_first_order = C == 4 * (1 + D);
+    let q = if is_first_order { reference } else { reference * scale };
+    let terms = [q.component::<0>(), q.component::<1>(), q.component::<2>()];
+    let mut pull = column(0) * terms[0];
+    pull = column(1).fused(terms[1], pull);
+    if D == 3 {
+        pull = column(2).fused(terms[2], pull);
+    }
+    if is_first_order {
+        return pull;
+    }
+    let mut even = column(D) * (terms[0] * terms[0]);
+    even = column(D + 1).fused(terms[1] * terms[1], even);
+    if D == 3 {
+        even = column(5).fused(terms[2] * terms[2], even);
+        even = column(6).fused(terms[0] * terms[1], even);
+        even = column(7).fused(terms[0] * terms[2], even);
+        even = column(8).fused(terms[1] * terms[2], even);
+    } else {
+        even = column(4).fused(terms[0] * terms[1], even);
+    }
+    pull - even
+}

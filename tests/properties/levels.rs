@@ -1,0 +1,209 @@
+//! Instructions and lattices: every level that this machine has, and points on a grid computed together or one by one,
+//! come to the same forces but for rounding, and break the same bonds.
+
+use perion::{Field, Points, SimdLevel, Simulation};
+use proptest::prelude::*;
+
+use crate::random::{Random, cases};
+use crate::scene::{Horizons, Recipe, Scene, bits, bonds, state_bits};
+
+/// The levels of this machine; says which it does not have.
+fn levels() -> Vec<SimdLevel> {
+    let (here, missing): (Vec<_>, Vec<_>) =
+        SimdLevel::ALL.into_iter().partition(|level| level.is_available());
+    for level in missing {
+        println!("skipped: this machine does not have the level {}", level.name());
+    }
+    here
+}
+
+/// Clouds and lattices of one horizon and material, or of several, large enough for a lattice to be worth it.
+fn bodies() -> impl Strategy<Value = Recipe> {
+    let shape = prop_oneof![
+        (18..40_usize, 18..40_usize).prop_map(|(nx, ny)| (2, [nx, ny, 1])),
+        (9..13_usize, 9..12_usize, 8..11_usize).prop_map(|(nx, ny, nz)| (3, [nx, ny, nz])),
+    ];
+    (shape, any::<bool>(), 1..3_usize, any::<u64>()).prop_map(
+        |((dimension, counts), lattice, materials, seed)| Recipe {
+            dimension,
+            counts,
+            jitter: if lattice { 0.0 } else { 0.25 },
+            horizons: Horizons::Uniform,
+            materials,
+            plane_stress: false,
+            units: [-3, 9, 3],
+            seed,
+        },
+    )
+}
+
+/// The body on a level, with lattices looked for or not.
+fn body(scene: &Scene, level: SimdLevel, lattices: bool, critical: Option<f64>) -> Simulation {
+    let mut simulation = scene.simulation(critical);
+    simulation.set_simd(level).unwrap();
+    simulation.set_lattices(lattices).unwrap();
+    simulation
+}
+
+/// Largest difference over the largest number.
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    let largest = a.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+    a.iter().zip(b).fold(0.0_f64, |most, (x, y)| most.max((x - y).abs())) / largest
+}
+
+/// Which bonds are left.
+fn intact(simulation: &Simulation) -> Vec<[usize; 2]> {
+    let whole = |&(_, _, integrity): &([usize; 2], f64, f64)| integrity > 0.0;
+    bonds(simulation).into_iter().filter(whole).map(|(pair, _, _)| pair).collect()
+}
+
+proptest! {
+    #![proptest_config(cases(12))]
+
+    #[test]
+    fn levels_and_lattices_agree_on_forces_and_on_what_breaks(recipe in bodies()) {
+        let scene = recipe.scene();
+        let shift = scene.random(3).around_zero(scene.components(), 0.01 * scene.spacing);
+        let mut expected: Option<(Vec<f64>, Vec<[usize; 2]>)> = None;
+        for level in levels() {
+            for lattices in [false, true] {
+                let mut simulation = body(&scene, level, lattices, Some(0.01));
+                simulation.set(Field::Displacement, &shift).unwrap();
+                let force = simulation.get(Field::InternalForce).unwrap();
+                simulation.commit(1e-9).unwrap();
+                let left = intact(&simulation);
+                let total = simulation.health().unwrap().bonds as usize;
+                prop_assert!(!left.is_empty() && left.len() < total);
+                let torn = simulation.get(Field::InternalForce).unwrap();
+                let both = [force, torn].concat();
+                let (forces, bonds) = expected.get_or_insert_with(|| (both.clone(), left.clone()));
+                let distance = distance(forces, &both);
+                prop_assert!(distance < 1e-12, "{level:?}, {lattices}: {distance}");
+                prop_assert_eq!(&*bonds, &left);
+            }
+        }
+    }
+
+    #[test]
+    fn on_every_level_no_number_of_threads_changes_a_bit(recipe in bodies()) {
+        let scene = recipe.scene();
+        let speed = (scene.bulk_modulus() / scene.materials[0].density).sqrt();
+        let velocities = scene.random(5).around_zero(scene.components(), 0.06 * speed);
+        for level in levels() {
+            let run = |threads: usize| {
+                let mut simulation = body(&scene, level, true, Some(0.02));
+                simulation.set_threads(threads).unwrap();
+                simulation.set(Field::Velocity, &velocities).unwrap();
+                let step = 0.8 * simulation.stable_time_step().unwrap();
+                simulation.step(step, 10).unwrap();
+                assert!(simulation.health().unwrap().broken_bonds > 0);
+                state_bits(&simulation)
+            };
+            prop_assert_eq!(run(1), run(3));
+        }
+    }
+}
+
+/// A block whose upper half is jittered: part lattice, part cloud.
+fn mixed() -> Points {
+    let block = Points::block(3, &[0.0; 3], &[12.0, 12.0, 20.0], 1.0).unwrap();
+    let mut random = Random(8);
+    let mut coordinates = block.coordinates().to_vec();
+    for place in coordinates.chunks_exact_mut(3).filter(|place| place[2] > 14.0) {
+        place.iter_mut().for_each(|x| *x += random.between(-0.2, 0.2));
+    }
+    Points::new(3, &coordinates, block.volumes()).unwrap()
+}
+
+fn simulation(points: &Points, lattices: bool) -> Simulation {
+    let mut model = perion::Model::new("bond_based").unwrap();
+    for (key, value) in
+        [("density", 1.0), ("youngs_modulus", 1.0), ("horizon", 3.015), ("critical_stretch", 0.02)]
+    {
+        model.set(key, value).unwrap();
+    }
+    let mut simulation = Simulation::new(points, &model).unwrap();
+    simulation.set_lattices(lattices).unwrap();
+    simulation.set_threads(2).unwrap();
+    simulation
+}
+
+#[test]
+fn part_lattice_and_part_cloud_break_as_a_cloud_and_keep_their_momentum() {
+    let points = mixed();
+    let velocity = Random(9).around_zero(3 * points.count(), 0.05);
+    let [cloud, lattice] = [false, true].map(|lattices| {
+        let mut simulation = simulation(&points, lattices);
+        simulation.break_crossing(&[-1.0, 6.2, 3.0, 8.0, 6.2, 3.0, 8.0, 6.2, 17.0]).unwrap();
+        simulation.set(Field::Velocity, &velocity).unwrap();
+        for _ in 0..12 {
+            simulation.step(0.2, 1).unwrap();
+            let forces = simulation.get(Field::InternalForce).unwrap();
+            let size: f64 = forces.iter().map(|force| force.abs()).sum();
+            for axis in 0..3 {
+                let sum: f64 = forces.iter().skip(axis).step_by(3).sum();
+                assert!(sum.abs() < 1e-13 * size, "{sum}, {size}");
+            }
+        }
+        simulation
+    });
+    assert!(lattice.health().unwrap().broken_bonds > 2000);
+    assert_eq!(intact(&cloud), intact(&lattice));
+    for field in [Field::Displacement, Field::InternalForce, Field::DissipatedEnergyDensity] {
+        let [a, b] = [&cloud, &lattice].map(|body| body.get(field).unwrap());
+        assert!(distance(&a, &b) < 1e-10, "{field:?}");
+    }
+}
+
+#[test]
+fn a_lattice_at_rest_or_moved_as_a_whole_has_no_force() {
+    let points = Points::block(3, &[0.1; 3], &[1.7, 1.3, 1.2], 0.1).unwrap();
+    let mut model = perion::Model::new("bond_based").unwrap();
+    for (key, value) in [("density", 1.0), ("youngs_modulus", 1.0), ("horizon", 0.3015)] {
+        model.set(key, value).unwrap();
+    }
+    for level in levels() {
+        let mut simulation = Simulation::new(&points, &model).unwrap();
+        simulation.set_simd(level).unwrap();
+        assert!(simulation.get(Field::InternalForce).unwrap().iter().all(|&force| force == 0.0));
+        let shift = [0.3, -1e3, 1e-7].repeat(points.count());
+        simulation.set(Field::Displacement, &shift).unwrap();
+        assert!(simulation.get(Field::InternalForce).unwrap().iter().all(|&force| force == 0.0));
+    }
+}
+
+/// A failed step gives back what it broke, and bonds that are broken and set whole by hand are seen.
+#[test]
+fn groups_follow_the_bonds_whatever_changes_them() {
+    let points = Points::block(2, &[0.0; 2], &[30.0, 20.0], 1.0).unwrap();
+    let shift = Random(4).around_zero(2 * points.count(), 0.004);
+    let run = |lattices: bool| {
+        let mut simulation = simulation(&points, lattices);
+        simulation.set(Field::Displacement, &shift).unwrap();
+        let mut forces = vec![simulation.get(Field::InternalForce).unwrap()];
+        let far: Vec<f64> = shift.iter().map(|x| 1e200 * x).collect();
+        simulation.set(Field::Velocity, &far).unwrap();
+        assert!(simulation.step(0.1, 1).is_err());
+        simulation.set(Field::Velocity, &vec![0.0; 2 * points.count()]).unwrap();
+        forces.push(simulation.get(Field::InternalForce).unwrap());
+        simulation.break_bonds(&[[0, 1], [33, 34], [33, 63]]).unwrap();
+        forces.push(simulation.get(Field::InternalForce).unwrap());
+        simulation.break_crossing(&[10.1, -1.0, 10.1, 9.0]).unwrap();
+        simulation.step(0.1, 5).unwrap();
+        forces.push(simulation.get(Field::InternalForce).unwrap());
+        forces
+    };
+    for (number, (cloud, lattice)) in run(false).iter().zip(&run(true)).enumerate() {
+        assert!(distance(cloud, lattice) < 1e-11, "{number}: {}", distance(cloud, lattice));
+    }
+}
+
+#[test]
+fn a_level_is_chosen_before_set_up() {
+    let points = Points::block(2, &[0.0; 2], &[5.0, 5.0], 1.0).unwrap();
+    let mut simulation = simulation(&points, true);
+    simulation.set_simd(SimdLevel::Baseline).unwrap();
+    bits(&simulation, Field::InternalForce);
+    assert!(simulation.set_simd(SimdLevel::Baseline).is_err());
+    assert!(simulation.set_lattices(false).is_err());
+}
