@@ -15,7 +15,7 @@ pub struct Style {
     pub formulation: &'static str,
     style: &'static str,
     /// Threads of OpenMP instead of ranks of MPI.
-    omp: bool,
+    pub omp: bool,
 }
 
 pub const STYLES: [Style; 4] = [
@@ -36,6 +36,13 @@ pub struct Run {
 pub fn is_installed() -> bool {
     let runs = |program: &str, argument: &str| Command::new(program).arg(argument).output().is_ok();
     runs("lmp", "-help") && runs("mpirun", "--version")
+}
+
+/// Whether it was built with threads of OpenMP.
+pub fn has_omp() -> bool {
+    let help = Command::new("lmp").arg("-help").output().map(|output| output.stdout);
+    let help = String::from_utf8(help.unwrap_or_default()).unwrap_or_default();
+    help.split_whitespace().any(|word| word == "OPENMP")
 }
 
 /// Points as LAMMPS reads them, in a file in `folder`.

@@ -22,7 +22,12 @@ fn main() {
         println!("skipped: lammps is not installed (Debian: apt-get install lammps)");
         return;
     }
+    let found = lammps::STYLES.into_iter().filter(|style| !style.omp || lammps::has_omp());
+    let found: Vec<lammps::Style> = found.collect();
     let styles = lammps::STYLES.map(|style| style.name);
+    if found.len() < styles.len() {
+        println!("This LAMMPS has no package OPENMP: ranks of MPI alone.");
+    }
     let (arrangements, bodies) = (common::arrangement_names(), common::body_names());
     let choice = Choice::from_arguments(&[&styles, &arrangements, &bodies]);
     // One body is enough to compare, unless others are asked for.
@@ -35,18 +40,17 @@ fn main() {
         for body in BODIES {
             let chosen = if asked { choice.has(&bodies, body.name) } else { body.name == "50" };
             if chosen && choice.has(&arrangements, arrangement.name) {
-                let chosen =
-                    lammps::STYLES.into_iter().filter(|style| choice.has(&styles, style.name));
+                let chosen = found.iter().filter(|style| choice.has(&styles, style.name));
                 compare(arrangement, body, chosen);
             }
         }
     }
 }
 
-fn compare(
+fn compare<'a>(
     arrangement: common::Arrangement,
     body: Body,
-    styles: impl Iterator<Item = lammps::Style>,
+    styles: impl Iterator<Item = &'a lammps::Style>,
 ) {
     let folder = std::env::temp_dir().join(format!("perion-peers-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
@@ -65,7 +69,7 @@ fn compare(
             let (mut own, mut peer) = (Vec::new(), Vec::new());
             let mut failure = None;
             for _ in 0..ROUNDS {
-                match lammps::run(&folder, &data, style, threads, STEPS) {
+                match lammps::run(&folder, &data, *style, threads, STEPS) {
                     Ok(run) if run.bonds == bonds => peer.push(run.seconds_a_step),
                     Ok(run) => {
                         failure = Some(format!("LAMMPS has {} bonds, not {bonds}", run.bonds))
