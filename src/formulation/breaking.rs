@@ -6,42 +6,44 @@
 //! Q(u_n) + 1/2 dQ/du (u_n+1 - u_n) is lost. To second order that is 2 Q(u_n+1/2) - (Q(u_n) + Q(u_n+1))/2,
 //! which each point can say of its own energy.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
-use super::{EnergyPart, Scene};
+use super::{EnergyPart, Scene, in_lanes};
 use crate::damage::{BondsView, Breaking};
-use crate::families::LANES;
+use crate::kernel::family::{BreakSweep, Limits, Omega, Record};
 use crate::workers::{PerPoint, Ragged};
 
-/// Breaks in the masks aside what is stretched beyond its limit; whether there was any.
-pub(super) fn break_stretched(scene: &Scene<'_>, breaking: &mut Breaking<'_>) -> bool {
-    let Breaking { rule, intact, .. } = breaking;
-    let masks = Ragged { values: intact, offsets: &scene.families.offsets, width: 1 };
-    let broke = AtomicBool::new(false);
-    scene.workers.sweep(scene.places.len(), masks, |range, masks| {
-        let first = scene.families.offsets[range.start] as usize;
-        let last = scene.families.offsets[range.end] as usize;
-        masks.values.copy_from_slice(&scene.bonds.intact[first..last]);
-        for point in range {
-            for bond in scene.families.bonds(point) {
-                let (block, bit) = (bond.slot / LANES, 1_u8 << (bond.slot % LANES));
-                if masks.values[block - first] & bit & rule.breakable(block) == 0 {
-                    continue;
-                }
-                let stretch = stretch(scene, point, bond.neighbor, bond.length);
-                if stretch > rule.threshold(bond.slot, point, bond.neighbor) {
-                    masks.values[block - first] &= !bit;
-                    broke.store(true, Ordering::Relaxed);
-                }
-            }
-        }
-    });
-    broke.into_inner()
+/// Breaks in the masks aside what is stretched beyond its limit; whether there was any. Needs [`room`].
+pub(super) fn break_stretched(
+    scene: &Scene<'_>,
+    room: &mut [f64],
+    breaking: &mut Breaking<'_>,
+) -> bool {
+    match scene.dimension {
+        3 => sweep_stretches::<3>(scene, room, breaking),
+        _ => sweep_stretches::<2>(scene, room, breaking),
+    }
+    breaking.intact != scene.bonds.intact
 }
 
-/// Numbers that booking writes aside.
+fn sweep_stretches<const D: usize>(
+    scene: &Scene<'_>,
+    room: &mut [f64],
+    breaking: &mut Breaking<'_>,
+) {
+    let (records, _) = in_lanes::table(room, scene.places.len());
+    in_lanes::record::<D>(scene, records);
+    let family = in_lanes::family(scene, records, Omega::EVEN);
+    let limits = Limits::new(breaking.rule);
+    let offsets = &scene.families.offsets;
+    let masks = Ragged { values: &mut *breaking.intact, offsets, width: 1 };
+    scene.workers.sweep(scene.places.len(), masks, |range, masks| {
+        let breaking = in_lanes::break_here(scene, range.start, masks, limits);
+        scene.simd.run(BreakSweep::<D> { family, range, breaking });
+    });
+}
+
+/// Numbers that breaking and booking write aside.
 pub(super) fn room(points: usize, dimension: usize) -> usize {
-    points * (3 + dimension)
+    points * (3 + dimension).max(size_of::<Record>() / size_of::<f64>()) + in_lanes::SLACK
 }
 
 /// Points that broken bonds are near to.
@@ -76,7 +78,8 @@ pub(super) fn book(
     let count = scene.places.len();
     let (density, rest) = scratch.split_at_mut(count);
     let (marks, rest) = rest.split_at_mut(count);
-    let (aside, midway) = rest.split_at_mut(count);
+    let (aside, rest) = rest.split_at_mut(count);
+    let midway = &mut rest[..scene.displacement.len()];
     let broken = BondsView { intact: &*breaking.intact, ..scene.bonds };
     scene.workers.sweep(count, PerPoint(&mut *marks, 1), |range, marks| {
         for (mark, point) in marks.0.iter_mut().zip(range) {

@@ -38,7 +38,7 @@ pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     ],
     check: constants::check_law,
     critical_stretch: constants::critical_stretch,
-    prepare: |materials| prepare(materials, Stabilisation::None),
+    prepare: plain,
 };
 
 pub(super) const SILLING: FormulationEntry = FormulationEntry {
@@ -90,6 +90,11 @@ struct Correspondence {
     order: usize,
     strong: bool,
     kept: KeptRows,
+}
+
+/// Without a penalty.
+pub(super) fn plain(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
+    prepare(materials, Stabilisation::None)
 }
 
 fn prepare(

@@ -67,14 +67,13 @@ pub(super) fn masks<'a>(
 pub(super) fn break_here<'a>(
     scene: &Scene<'_>,
     first_point: usize,
-    masks: Option<Ragged<'a, u8>>,
-    limits: Option<Limits<'a>>,
-) -> Option<BreakHere<'a>> {
-    let (masks, limits) = (masks?, limits?);
+    masks: Ragged<'a, u8>,
+    limits: Limits<'a>,
+) -> BreakHere<'a> {
     let Families { offsets, .. } = scene.families;
     let (first, remaining) = (offsets[first_point] as usize, masks.values);
     remaining.copy_from_slice(&scene.bonds.intact[first..first + remaining.len()]);
-    Some(BreakHere { limits, remaining, first })
+    BreakHere { limits, remaining, first }
 }
 
 /// The scene with the bonds that remain.

@@ -126,12 +126,14 @@ impl KeptRows {
         let offsets = &scene.families.offsets;
         let kept_masks = Ragged { values: kept_masks, offsets, width: 1 };
         let kept = (PerPoint(&mut numbers[..], each), kept_masks);
-        let outputs = (PerPoint(&mut **force, D), PerPoint(&mut **left, 1), masks, kept);
+        let outputs = (PerPoint(force, D), PerPoint(left, 1), masks, kept);
         scene.workers.sweep(
             count,
             outputs,
             |range, (force, left, masks, (numbers, kept_masks))| {
-                let breaking = in_lanes::break_here(scene, range.start, masks, limits);
+                let breaking = masks
+                    .zip(limits)
+                    .map(|(masks, limits)| in_lanes::break_here(scene, range.start, masks, limits));
                 let (forces, _) = force.0.as_chunks_mut::<D>();
                 let first = range.start;
                 let kept = Kept { numbers: numbers.0, masks: kept_masks.values };
@@ -157,7 +159,7 @@ impl KeptRows {
             return Points(guard);
         }
         let remaining = in_lanes::remaining(scene, breaking);
-        let outputs = (PerPoint(&mut **force, D), PerPoint(&mut **left, 1));
+        let outputs = (PerPoint(force, D), PerPoint(left, 1));
         scene.workers.sweep(count, outputs, |range, (force, left)| {
             let (forces, _) = force.0.as_chunks_mut::<D>();
             for ((force, left), point) in forces.iter_mut().zip(left.0).zip(range) {
@@ -216,10 +218,7 @@ pub(super) fn leave<'a, const D: usize, const SIZE: usize, const C: usize>(
     let (mut own, sums) = ([0.0; D], kept.sums());
     for axis in 0..D {
         for column in 0..SIZE {
-            let mut pull = 0.0;
-            for inner in 0..D {
-                pull += stress[axis][inner] * row(inner)[column];
-            }
+            let pull = (0..D).map(|inner| stress[axis][inner] * row(inner)[column]).sum::<f64>();
             own[axis] += pull * sums[column];
             left[4 + 4 * column + axis] = record[3] * pull;
         }

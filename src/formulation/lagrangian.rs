@@ -10,7 +10,7 @@
 
 use super::body::{Body, Weights};
 use super::constants;
-use super::correspondence::add;
+use super::correspondence::{self, add};
 use super::gradient::Shape;
 use super::kinematics::Kinematics;
 use super::laws::{Laws, Sites};
@@ -56,13 +56,13 @@ struct Lagrangian {
 
 fn prepare(materials: &Materials<'_>, updated: bool) -> Result<Box<dyn Formulation>> {
     let first = &materials.models[0];
-    let lagrangian = Lagrangian {
-        weights: Weights::new(materials)?,
-        laws: Laws::new(materials, Sites::Points)?,
-        updated,
-        deformed: first.has_deformed_bonds().unwrap_or(updated),
-        strong: first.is_strong(),
-    };
+    let (deformed, strong) = (first.has_deformed_bonds().unwrap_or(updated), first.is_strong());
+    if !(deformed || strong) {
+        return correspondence::plain(materials);
+    }
+    let weights = Weights::new(materials)?;
+    let laws = Laws::new(materials, Sites::Points)?;
+    let lagrangian = Lagrangian { weights, laws, updated, deformed, strong };
     Ok(Box::new(StateBased::new(materials, lagrangian)?))
 }
 

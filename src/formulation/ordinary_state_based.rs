@@ -139,7 +139,9 @@ impl Lps {
         let (masks, limits) = in_lanes::masks(scene, breaking);
         let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1), masks);
         scene.workers.sweep(count, outputs, |range, (force, left, masks)| {
-            let breaking = in_lanes::break_here(scene, range.start, masks, limits);
+            let breaking = masks
+                .zip(limits)
+                .map(|(masks, limits)| in_lanes::break_here(scene, range.start, masks, limits));
             let (force, left) = (force.0, left.0);
             scene.simd.run(OwnPull::<_, D> { family, moduli, range, force, left, breaking });
         });

@@ -225,7 +225,9 @@ impl<P: Passes> StateBased<P> {
 
     /// Breaks the bonds that the rule condemns, and books what points lose by it.
     fn break_bonds(&self, scene: &Scene<'_>, scratch: &mut [f64], breaking: &mut Breaking<'_>) {
-        if breaking::break_stretched(scene, breaking) {
+        let room = breaking::room(scene.places.len(), scene.dimension);
+        let first = scratch.len() - room;
+        if breaking::break_stretched(scene, &mut scratch[first..], breaking) {
             self.book(scene, scratch, breaking);
         }
     }

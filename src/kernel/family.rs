@@ -3,7 +3,9 @@
 //! Where all points share horizon and influence function, both ends of a bond give it the same weight, and a family is
 //! the whole list of a point.
 
-use super::simd::{Lanes, Mask, Simd, prefetch};
+use std::ops::Range;
+
+use super::simd::{Kernel, Lanes, Mask, Simd, prefetch};
 use crate::damage::BreakRule;
 use crate::families::{Families, LANES};
 use crate::model::Influence;
@@ -27,6 +29,12 @@ pub(crate) struct Omega {
     pub(crate) influence: Influence,
     pub(crate) dimension: usize,
     pub(crate) horizon: f64,
+}
+
+impl Omega {
+    /// 1
+    pub(crate) const EVEN: Self =
+        Self { influence: Influence::Constant, dimension: 3, horizon: f64::INFINITY };
 }
 
 /// Bonds that are computed together.
@@ -91,6 +99,17 @@ impl<'a> Family<'a> {
     #[inline(always)]
     pub(super) fn record(&self, point: usize) -> &'a Record {
         &self.records[point]
+    }
+
+    /// The record of a point in every lane.
+    #[inline(always)]
+    pub(super) fn own<S: Simd>(&self, simd: S, point: usize) -> [S::Lanes; 8] {
+        // A loop, since calls of iterators may not be inlined into a level.
+        let mut own = [simd.splat(0.0); 8];
+        for (own, number) in own.iter_mut().zip(self.record(point)) {
+            *own = simd.splat(*number);
+        }
+        own
     }
 
     /// Masks of a point's blocks.
@@ -349,6 +368,30 @@ impl BreakHere<'_> {
         if broken != 0 {
             *bits &= !broken;
             self.remaining[at.1 / LANES - self.first] &= !(broken << (at.1 % LANES));
+        }
+    }
+}
+
+/// Takes the bonds that are to break out of the masks of a range, and does nothing else.
+pub(crate) struct BreakSweep<'a, const D: usize> {
+    pub(crate) family: Family<'a>,
+    pub(crate) range: Range<usize>,
+    pub(crate) breaking: BreakHere<'a>,
+}
+
+impl<const D: usize> Kernel for BreakSweep<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { family, range, mut breaking } = self;
+        for point in range {
+            let own = family.own(simd, point);
+            let (start, end) = family.slots(point);
+            for slot in (start..end).step_by(S::WIDTH) {
+                let lengths = family.bonds::<S, D>(simd, &own, slot).lengths(simd);
+                breaking.at(simd, &family, (point, slot), &lengths, &mut family.bits(slot));
+            }
         }
     }
 }

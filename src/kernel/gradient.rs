@@ -3,6 +3,7 @@
 //!
 //! The rows follow from the bonds alone. They are kept with the masks that they belong to, and made anew where a bond
 //! of the family has changed.
+#![allow(clippy::needless_range_loop)] // an axis goes through several arrays
 
 use std::ops::Range;
 
@@ -184,7 +185,7 @@ impl<S: Simd> Sums<'_, S> {
         breaking: &mut Option<BreakHere<'_>>,
     ) -> [[f64; SIZE]; D] {
         let Self { simd, family, horizon } = *self;
-        let own = family.record(point).map(|number| simd.splat(number));
+        let own = family.own(simd, point);
         let mut sum = [[simd.splat(0.0); SIZE]; D];
         let (start, end) = family.slots(point);
         for slot in (start..end).step_by(S::WIDTH) {
@@ -214,7 +215,7 @@ impl<S: Simd> Sums<'_, S> {
         gradient: &[[f64; D]; D],
     ) -> [[f64; SIZE]; D] {
         let Self { simd, family, horizon } = *self;
-        let own = family.record(point).map(|number| simd.splat(number));
+        let own = family.own(simd, point);
         let mut sum = [[simd.splat(0.0); SIZE]; D];
         let (start, end) = family.slots(point);
         for slot in (start..end).step_by(S::WIDTH) {
@@ -240,7 +241,7 @@ impl<S: Simd> Sums<'_, S> {
     #[inline(always)]
     fn moments<const D: usize, const SIZE: usize>(&self, point: usize, masks: &[u8]) -> Moments {
         let Self { simd, family, horizon } = *self;
-        let own = family.record(point).map(|number| simd.splat(number));
+        let own = family.own(simd, point);
         let zero = simd.splat(0.0);
         let (mut products, mut sums, mut weights) = ([[zero; SIZE]; SIZE], [zero; SIZE], zero);
         let (start, end) = family.slots(point);

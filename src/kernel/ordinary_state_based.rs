@@ -29,7 +29,7 @@ impl<M: Fn(usize) -> [f64; 2], const D: usize> Kernel for OwnPull<'_, M, D> {
         let (forces, _) = force.as_chunks_mut::<D>();
         for ((force, left), point) in forces.iter_mut().zip(left).zip(range) {
             let zero = simd.splat(0.0);
-            let own = family.record(point).map(|number| simd.splat(number));
+            let own = family.own(simd, point);
             let (mut weighted, mut sum) = (zero, zero);
             let (mut shear, mut dilated) = ([zero; D], [zero; D]);
             let (start, end) = family.slots(point);
@@ -88,7 +88,7 @@ impl<const D: usize> Kernel for OtherPull<'_, D> {
         let (forces, _) = force.as_chunks_mut::<D>();
         let mut bad = None;
         for (force, point) in forces.iter_mut().zip(range) {
-            let own = family.record(point).map(|number| simd.splat(number));
+            let own = family.own(simd, point);
             let mut sum = [simd.splat(0.0); D];
             let (start, end) = family.slots(point);
             for slot in (start..end).step_by(S::WIDTH) {

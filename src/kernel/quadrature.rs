@@ -2,6 +2,7 @@
 //!
 //! With Hbar the mean of the displacement gradients of both ends, H_ij = Hbar + (du - Hbar xi) xi^T/L^2, so that F_ij xi = eta.
 //! A bond pulls with 2 wbar P_ij xi/L^2 itself, and by Z_i = sum wbar P_ij (I - n n^T) V_j through the gradients of its ends.
+#![allow(clippy::needless_range_loop)] // an axis goes through several arrays
 
 use std::ops::Range;
 
@@ -46,7 +47,7 @@ where
         let Self { family, table, stress, range, mut finish } = self;
         let (zero, one, half) = (simd.splat(0.0), simd.splat(1.0), simd.splat(0.5));
         for point in range {
-            let own = family.record(point).map(|number| simd.splat(number));
+            let own = family.own(simd, point);
             let row = table.row(point);
             let mut own_half = [[zero; D]; D];
             for axis in 0..D {

@@ -67,7 +67,7 @@ impl Quad for Pairs {
     #[inline(always)]
     fn component<const K: usize>(self) -> Self {
         let pair = self.0[K / 2].0;
-        let number = if K % 2 == 0 { registers::low(pair) } else { registers::high(pair) };
+        let number = if K & 1 == 0 { registers::low(pair) } else { registers::high(pair) };
         Baseline.quad_of(number)
     }
 
