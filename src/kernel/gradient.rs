@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use super::family::{BreakHere, Family};
+use super::family::{Bonds, BreakHere, Family};
 use super::simd::{Kernel, Lanes, Simd};
 
 /// Most monomials.
@@ -184,7 +184,7 @@ impl<S: Simd> Sums<'_, S> {
         point: usize,
         breaking: &mut Option<BreakHere<'_>>,
     ) -> [[f64; SIZE]; D] {
-        let Self { simd, family, horizon } = *self;
+        let Self { simd, family, .. } = *self;
         let own = family.own(simd, point);
         let mut sum = [[simd.splat(0.0); SIZE]; D];
         let (start, end) = family.slots(point);
@@ -194,16 +194,30 @@ impl<S: Simd> Sums<'_, S> {
             if let Some(breaking) = breaking {
                 breaking.at(simd, &family, (point, slot), &bonds.lengths(simd), &mut bits);
             }
-            let weight = family.weighted(simd, slot, bonds.volume).only(simd.mask(bits));
-            let q = monomials::<S, D, SIZE>(simd, &bonds.reference, horizon);
-            for row in 0..D {
-                let weighted = weight * bonds.moved[row];
-                for k in 0..SIZE {
-                    sum[row][k] = weighted.mul_add(q[k], sum[row][k]);
-                }
-            }
+            self.add(&mut sum, slot, bits, &bonds, &bonds.moved);
         }
         totals(&sum)
+    }
+
+    /// Adds w du q^T V of the bonds from a slot on.
+    #[inline(always)]
+    fn add<const D: usize, const SIZE: usize>(
+        &self,
+        sum: &mut [[S::Lanes; SIZE]; D],
+        slot: usize,
+        bits: u8,
+        bonds: &Bonds<S::Lanes, D>,
+        moved: &[S::Lanes; D],
+    ) {
+        let Self { simd, family, horizon } = *self;
+        let weight = family.weighted(simd, slot, bonds.volume).only(simd.mask(bits));
+        let q = monomials::<S, D, SIZE>(simd, &bonds.reference, horizon);
+        for row in 0..D {
+            let weighted = weight * moved[row];
+            for k in 0..SIZE {
+                sum[row][k] = weighted.mul_add(q[k], sum[row][k]);
+            }
+        }
     }
 
     /// The same of what a gradient does not see of du.
@@ -214,26 +228,21 @@ impl<S: Simd> Sums<'_, S> {
         masks: &[u8],
         gradient: &[[f64; D]; D],
     ) -> [[f64; SIZE]; D] {
-        let Self { simd, family, horizon } = *self;
+        let Self { simd, family, .. } = *self;
         let own = family.own(simd, point);
         let mut sum = [[simd.splat(0.0); SIZE]; D];
         let (start, end) = family.slots(point);
         for slot in (start..end).step_by(S::WIDTH) {
             let bonds = family.bonds::<S, D>(simd, &own, slot);
             let bits = masks[(slot - start) / 8] >> (slot % 8);
-            let weight = family.weighted(simd, slot, bonds.volume).only(simd.mask(bits));
-            let q = monomials::<S, D, SIZE>(simd, &bonds.reference, horizon);
+            let mut rest = bonds.moved;
             for row in 0..D {
-                let mut rest = bonds.moved[row];
                 for axis in 0..D {
                     let slope = simd.splat(gradient[row][axis]);
-                    rest = slope.mul_sub_from(bonds.reference[axis], rest);
-                }
-                let weighted = weight * rest;
-                for k in 0..SIZE {
-                    sum[row][k] = weighted.mul_add(q[k], sum[row][k]);
+                    rest[row] = slope.mul_sub_from(bonds.reference[axis], rest[row]);
                 }
             }
+            self.add(&mut sum, slot, bits, &bonds, &rest);
         }
         totals(&sum)
     }

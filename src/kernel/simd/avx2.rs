@@ -10,7 +10,7 @@ use super::{LEAST, Lanes, Mask, Quad, Simd, operators};
 pub(super) struct Avx2(());
 
 #[derive(Clone, Copy)]
-pub(super) struct Four(pub(super) __m256d);
+pub(super) struct Four(__m256d);
 
 /// All bits of a lane are set, or none.
 #[derive(Clone, Copy)]
@@ -53,14 +53,14 @@ impl Simd for Avx2 {
 
     #[inline(always)]
     fn quad(self, numbers: &[f64; 4]) -> Four {
-        // SAFETY: the machine has the level, and there are four numbers.
-        Four(unsafe { _mm256_loadu_pd(numbers.as_ptr()) })
+        // SAFETY: the machine has the level.
+        unsafe { Four::of(numbers) }
     }
 
     #[inline(always)]
     fn quad_of(self, number: f64) -> Four {
-        // SAFETY: the machine has the level.
-        Four(unsafe { _mm256_set1_pd(number) })
+        // SAFETY: as above.
+        unsafe { Four::all(number) }
     }
 
     #[inline(always)]
@@ -206,6 +206,24 @@ impl Lanes for Four {
             let pair = _mm_add_pd(_mm256_castpd256_pd128(self.0), high);
             _mm_cvtsd_f64(_mm_add_sd(pair, _mm_unpackhi_pd(pair, pair)))
         }
+    }
+}
+
+impl Four {
+    /// # Safety
+    /// The machine has the instructions.
+    #[inline(always)]
+    pub(super) unsafe fn of(numbers: &[f64; 4]) -> Self {
+        // SAFETY: as the caller has promised, and there are four numbers.
+        Self(unsafe { _mm256_loadu_pd(numbers.as_ptr()) })
+    }
+
+    /// # Safety
+    /// The machine has the instructions.
+    #[inline(always)]
+    pub(super) unsafe fn all(number: f64) -> Self {
+        // SAFETY: as the caller has promised.
+        Self(unsafe { _mm256_set1_pd(number) })
     }
 }
 

@@ -53,14 +53,14 @@ impl Simd for Avx512 {
 
     #[inline(always)]
     fn quad(self, numbers: &[f64; 4]) -> Four {
-        // SAFETY: the machine has the level, and there are four numbers.
-        Four(unsafe { _mm256_loadu_pd(numbers.as_ptr()) })
+        // SAFETY: the machine has the level.
+        unsafe { Four::of(numbers) }
     }
 
     #[inline(always)]
     fn quad_of(self, number: f64) -> Four {
-        // SAFETY: the machine has the level.
-        Four(unsafe { _mm256_set1_pd(number) })
+        // SAFETY: as above.
+        unsafe { Four::all(number) }
     }
 
     #[inline(always)]
