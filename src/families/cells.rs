@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use super::{Place, squared_length};
 use crate::error::Result;
+use crate::kernel::simd::{Kernel, Simd, SimdLevel};
 use crate::memory;
 use crate::sort::ByKey;
 use crate::workers::{PerPoint, Workers};
@@ -294,14 +295,8 @@ impl Candidates {
     }
 
     /// How many are not farther from a place than the root of `most`.
-    #[inline(always)]
-    pub(super) fn count_within(&self, place: &Place, most: f64) -> u64 {
-        let [x, y, z] = self.places.each_ref().map(|along| &along[..self.count]);
-        let mut within = 0;
-        for ((x, y), z) in x.iter().zip(y).zip(z) {
-            within += u64::from(squared(place, [*x, *y, *z]) <= most);
-        }
-        within
+    pub(super) fn count_within(&self, simd: SimdLevel, place: &Place, most: f64) -> u64 {
+        simd.run(Count { candidates: self, place, most })
     }
 
     /// Calls `found` with those that are not farther from a place than the root of `most` and the squares of their
@@ -309,22 +304,60 @@ impl Candidates {
     #[inline(always)]
     pub(super) fn for_each_within(
         &self,
+        simd: SimdLevel,
         place: &Place,
         most: f64,
-        mut found: impl FnMut(u32, f64),
+        found: impl FnMut(u32, f64),
     ) {
-        for first in (0..self.count).step_by(WORD) {
+        simd.run(Visit { candidates: self, place, most, found });
+    }
+}
+
+/// Loops that compilers turn into vectors of the level; all levels give the same bits.
+struct Count<'a> {
+    candidates: &'a Candidates,
+    place: &'a Place,
+    most: f64,
+}
+
+impl Kernel for Count<'_> {
+    type Output = u64;
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> u64 {
+        let Self { candidates: Candidates { places, count, .. }, place, most } = self;
+        let [x, y, z] = places.each_ref().map(|along| &along[..*count]);
+        let mut within = 0;
+        for ((x, y), z) in x.iter().zip(y).zip(z) {
+            within += u64::from(squared(place, [*x, *y, *z]) <= most);
+        }
+        within
+    }
+}
+
+struct Visit<'a, F> {
+    candidates: &'a Candidates,
+    place: &'a Place,
+    most: f64,
+    found: F,
+}
+
+impl<F: FnMut(u32, f64)> Kernel for Visit<'_, F> {
+    type Output = ();
+    #[inline(always)]
+    fn run<S: Simd>(mut self, _: S) {
+        let Candidates { places, points, count } = self.candidates;
+        for first in (0..*count).step_by(WORD) {
             let word = first..first + WORD;
-            let [x, y, z] = self.places.each_ref().map(|along| &along[word.clone()]);
+            let [x, y, z] = places.each_ref().map(|along| &along[word.clone()]);
             let mut squares = [0.0; WORD];
             let mut bits = 0;
             for lane in 0..WORD {
-                squares[lane] = squared(place, [x[lane], y[lane], z[lane]]);
-                bits |= if squares[lane] <= most { EACH[lane] } else { 0 };
+                squares[lane] = squared(self.place, [x[lane], y[lane], z[lane]]);
+                bits |= if squares[lane] <= self.most { EACH[lane] } else { 0 };
             }
             while bits != 0 {
                 let candidate = bits.trailing_zeros() as usize;
-                found(self.points[first + candidate], squares[candidate]);
+                (self.found)(points[first + candidate], squares[candidate]);
                 bits &= bits - 1;
             }
         }

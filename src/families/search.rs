@@ -9,6 +9,7 @@ use std::ops::Range;
 use super::cells::{Bounds, Candidates, Cells};
 use super::{Families, LANES, Place, Property, Reach, Rim, squared_length};
 use crate::error::{Result, argument};
+use crate::kernel::simd::SimdLevel;
 use crate::memory;
 use crate::workers::{BLOCK, PerPoint, Ragged, Workers};
 
@@ -18,6 +19,7 @@ const PURPOSE: &str = "bonds";
 /// largest magnitude of the coordinates that the host gave.
 pub(crate) fn find(
     workers: &Workers,
+    simd: SimdLevel,
     dimension: usize,
     places: &[Place],
     horizons: &Property,
@@ -26,7 +28,7 @@ pub(crate) fn find(
 ) -> Result<Families> {
     let farthest_of = radii(horizons, rim.as_ref(), farthest)?;
     let reach = Reach { radii: radii(horizons, None, farthest)?, rim };
-    let search = Search::new(workers, dimension, places, &farthest_of, &reach)?;
+    let search = Search::new(workers, simd, dimension, places, &farthest_of, &reach)?;
     let count = places.len();
     let mut sizes = memory::filled(0_u32, count, PURPOSE)?;
     workers.sweep(count, PerPoint(&mut sizes, 1), |range, sizes| {
@@ -95,6 +97,7 @@ fn no_neighbors(places: &[Place], horizons: &Property) -> String {
 
 /// All points in cells, those of like radii together.
 struct Search<'a> {
+    simd: SimdLevel,
     places: &'a [Place],
     /// Beyond these a point has nobody in its own family.
     radii: &'a Property,
@@ -114,6 +117,7 @@ const CLOSE: f64 = 1.4;
 impl<'a> Search<'a> {
     fn new(
         workers: &Workers,
+        simd: SimdLevel,
         dimension: usize,
         places: &'a [Place],
         radii: &'a Property,
@@ -145,7 +149,7 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        Ok(Self { places, radii, reach, classes })
+        Ok(Self { simd, places, radii, reach, classes })
     }
 
     /// Number of neighbours of each point of a range: of those in the family of either.
@@ -155,10 +159,10 @@ impl<'a> Search<'a> {
         self.visit(range, |point, place, candidates, most| {
             let size = &mut sizes[point - start];
             if uniform {
-                *size += candidates.count_within(place, most) as u32;
+                *size += candidates.count_within(self.simd, place, most) as u32;
                 return;
             }
-            candidates.for_each_within(place, most, |other, squared| {
+            candidates.for_each_within(self.simd, place, most, |other, squared| {
                 *size += u32::from(self.are_bonded(point, other as usize, squared));
             });
         });
@@ -192,13 +196,13 @@ impl<'a> Search<'a> {
                 found += 1;
             };
             if uniform {
-                candidates.for_each_within(place, most, |other, squared| {
+                candidates.for_each_within(self.simd, place, most, |other, squared| {
                     if other as usize != point {
                         write(other, squared);
                     }
                 });
             } else {
-                candidates.for_each_within(place, most, |other, squared| {
+                candidates.for_each_within(self.simd, place, most, |other, squared| {
                     if self.are_bonded(point, other as usize, squared) {
                         write(other, squared);
                     }
@@ -295,7 +299,9 @@ mod tests {
     }
 
     fn check_against_all_pairs(places: &[Place], horizons: &Property) {
-        let families = find(&Workers::new(2).unwrap(), 3, places, horizons, None, 1.0).unwrap();
+        let families =
+            find(&Workers::new(2).unwrap(), SimdLevel::Baseline, 3, places, horizons, None, 1.0)
+                .unwrap();
         for i in 0..places.len() {
             let expected: Vec<_> = (0..places.len())
                 .filter(|&j| {
@@ -346,7 +352,8 @@ mod tests {
         let places = cloud(3000, 1.0);
         let of = |threads: usize| {
             let workers = Workers::new(threads).unwrap();
-            find(&workers, 3, &places, &Property::Uniform(0.13), None, 1.0).unwrap()
+            find(&workers, SimdLevel::Baseline, 3, &places, &Property::Uniform(0.13), None, 1.0)
+                .unwrap()
         };
         let one = of(1);
         for threads in [2, 4] {
@@ -361,8 +368,16 @@ mod tests {
     #[test]
     fn a_horizon_of_whole_spacings_reaches_its_shell() {
         let row: Vec<Place> = (0..10).map(|k| [0.1 * k as f64, 0.0, 0.0, 1.0]).collect();
-        let families =
-            find(&Workers::new(1).unwrap(), 3, &row, &Property::Uniform(0.3), None, 0.9).unwrap();
+        let families = find(
+            &Workers::new(1).unwrap(),
+            SimdLevel::Baseline,
+            3,
+            &row,
+            &Property::Uniform(0.3),
+            None,
+            0.9,
+        )
+        .unwrap();
         assert_eq!(families.bonds(5).count(), 6);
     }
 }

@@ -72,7 +72,8 @@ impl Plan {
         let places = places(points, &thickness)?;
         let farthest = points.order().farthest;
         let rim = rim(points, &models[0], &horizons)?;
-        let mut families = families::find(workers, dimension, &places, &horizons, rim, farthest)?;
+        let mut families =
+            families::find(workers, simd, dimension, &places, &horizons, rim, farthest)?;
         refuse_bonds_without_length(workers, points, &families)?;
         let formulation = (models[0].formulation().prepare)(&materials)?;
         if requests.lattices

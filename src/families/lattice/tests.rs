@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::families::{Property, find};
+use crate::kernel::simd::SimdLevel;
 use crate::workers::Workers;
 
 fn block(counts: [usize; 3], spacing: [f64; 3]) -> Vec<Place> {
@@ -19,7 +20,9 @@ fn block(counts: [usize; 3], spacing: [f64; 3]) -> Vec<Place> {
 
 fn lattice(places: &[Place], horizon: f64) -> (Families, Option<Lattice>) {
     let workers = Workers::new(1).unwrap();
-    let families = find(&workers, 3, places, &Property::Uniform(horizon), None, 1.0).unwrap();
+    let families =
+        find(&workers, SimdLevel::Baseline, 3, places, &Property::Uniform(horizon), None, 1.0)
+            .unwrap();
     let lattice = Lattice::find(places, &families, 1.0).unwrap();
     (families, lattice)
 }
