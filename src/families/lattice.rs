@@ -19,6 +19,10 @@ pub(crate) const NOBODY: u32 = u32::MAX;
 /// Volumes and places that differ by no more than this, over themselves and over the spacing, are alike.
 const TOLERANCE: f64 = 1e-12;
 
+/// Farther off its crossing no point is on the grid, however its coordinates are rounded: bonds between the lattice and
+/// the rest of the body must be judged alike from both ends.
+const MOST_OFF: f64 = 1e-8;
+
 /// Cells a point that a lattice may have; more waste memory on emptiness.
 const CELLS_PER_POINT: usize = 4;
 
@@ -121,7 +125,8 @@ impl Grid {
             }
         }
         let smallest = spacing.iter().copied().fold(f64::INFINITY, f64::min);
-        let tolerance = TOLERANCE + 4.0 * f64::EPSILON * farthest / smallest;
+        let rounding = 4.0 * f64::EPSILON * farthest / smallest;
+        let tolerance = (TOLERANCE + rounding).min(MOST_OFF);
         Self { spacing, tolerance, ..self }
     }
 }

@@ -53,6 +53,8 @@ struct BondBased {
     weights: Weights,
     /// For what lies across; bonds do not ask it.
     laws: ByModel<Law>,
+    /// Bonds break at one stretch, if they do.
+    breaks_alike: bool,
     /// What sweeps over the lattice hold, where there is one.
     lattice: Option<LatticeState>,
 }
@@ -113,7 +115,16 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         Ok(Law::with(&elastic(model, materials.dimension)?, model, materials.dimension))
     })?;
     let (correction, lattice) = (None, None);
-    Ok(Box::new(BondBased { bond_constants, corrected, correction, weights, laws, lattice }))
+    let breaks_alike = true;
+    Ok(Box::new(BondBased {
+        bond_constants,
+        corrected,
+        correction,
+        weights,
+        laws,
+        breaks_alike,
+        lattice,
+    }))
 }
 
 impl BondBased {
@@ -131,7 +142,7 @@ impl BondBased {
     fn alike<'a>(&self, scene: &'a Scene<'a>, rule: Option<&'a BreakRule>) -> Option<Alike<'a>> {
         let (Property::Uniform(bond_constant), true, None, None) = (
             &self.bond_constants,
-            scene.families.reach.is_sharp_and_uniform(),
+            self.breaks_alike && scene.families.reach.is_sharp_and_uniform(),
             scene.bonds.integrity,
             &self.correction,
         ) else {
@@ -191,7 +202,12 @@ impl Formulation for BondBased {
     }
 
     fn has_use_for_a_lattice(&self) -> bool {
-        matches!(self.bond_constants, Property::Uniform(_)) && self.corrected.is_none()
+        let alike = matches!(self.bond_constants, Property::Uniform(_)) && self.breaks_alike;
+        alike && self.corrected.is_none()
+    }
+
+    fn know_rule(&mut self, rule: Option<&BreakRule>) {
+        self.breaks_alike = rule.is_none_or(|rule| rule.uniform().is_some());
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {

@@ -56,9 +56,10 @@ impl Judge for Limits<'_> {
     }
 }
 
-/// (l/L)^2 - 1 of a bond that comes close to a stretch, whatever the rounding.
+/// (l/L)^2 - 1 of a bond that comes close to a stretch, whatever the rounding: of bonds of a fragment that has flown
+/// 1e7 of their lengths and turned, too. Both ends must look, or one would keep what the other breaks.
 pub(super) fn close_to(stretch: f64) -> f64 {
-    (1.0 - 1e-7) * stretch * (2.0 + stretch) - 1e-14
+    (1.0 - 1e-4) * stretch * (2.0 + stretch) - 1e-14
 }
 
 impl BondLaw for Alike<'_> {

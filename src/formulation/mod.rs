@@ -29,7 +29,7 @@ pub(crate) use kinematics::Kinematics;
 pub use operators::Operator;
 pub(crate) use operators::{Derivative, ShapeTensor, differentiate, shape_tensors};
 
-use crate::damage::{BondsView, Breaking};
+use crate::damage::{BondsView, BreakRule, Breaking};
 use crate::error::{Error, Result};
 use crate::families::{Families, Place, Property};
 use crate::kernel::simd::SimdLevel;
@@ -161,6 +161,9 @@ pub(crate) trait Formulation: Send + Sync {
     fn has_use_for_a_lattice(&self) -> bool {
         false
     }
+
+    /// Takes note of the rule by which bonds will break, so that sweeps that break none run as those that do.
+    fn know_rule(&mut self, _rule: Option<&BreakRule>) {}
 
     /// Takes the body as it is before the first step, its pre-cracks included, for what it refers to.
     fn refer_to(&mut self, _scene: &Scene<'_>) -> Result<()> {

@@ -75,14 +75,15 @@ impl Plan {
         let mut families =
             families::find(workers, simd, dimension, &places, &horizons, rim, farthest)?;
         refuse_bonds_without_length(workers, points, &families)?;
-        let formulation = (models[0].formulation().prepare)(&materials)?;
+        let mut formulation = (models[0].formulation().prepare)(&materials)?;
+        let rule = rule(&materials, &families, requests)?;
+        formulation.know_rule(rule.as_ref());
         if requests.lattices
             && families.reach.is_sharp_and_uniform()
             && formulation.has_use_for_a_lattice()
         {
             families.lattice = Lattice::find(&places, &families, farthest)?;
         }
-        let rule = rule(&materials, &families, requests)?;
         let crack_tolerance = crack_tolerance(points);
         Ok(Self { dimension, places, density, families, formulation, rule, crack_tolerance, simd })
     }

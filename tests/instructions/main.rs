@@ -3,7 +3,7 @@
 //!
 //! `tests/data/instructions.json` holds instructions a directed bond and step, by the compiler's version; of another
 //! compiler nothing is known, and the test says so. `PERION_BLESS=1` writes what is counted.
-#![allow(clippy::disallowed_methods, clippy::disallowed_macros, clippy::unwrap_used)]
+#![allow(clippy::disallowed_methods, clippy::disallowed_macros, clippy::unwrap_used, clippy::panic)]
 
 #[path = "../common/mod.rs"]
 mod common;
