@@ -1,7 +1,7 @@
-//! How many instructions a step costs on the levels that valgrind knows, held against what they were: a loop that has
-//! become slower by 3 % fails, on any machine, however busy it is.
+//! How many instructions a commit costs, forces and the search for what breaks, on the levels that valgrind knows, held
+//! against what they were: a loop that has become slower by 3 % fails, on any machine, however busy it is.
 //!
-//! `tests/data/instructions.json` holds instructions a directed bond and step, by the compiler's version; of another
+//! `tests/data/instructions.json` holds instructions a directed bond and commit, by the compiler's version; of another
 //! compiler nothing is known, and the test says so. `PERION_BLESS=1` writes what is counted.
 #![allow(clippy::disallowed_methods, clippy::disallowed_macros, clippy::unwrap_used, clippy::panic)]
 
@@ -42,29 +42,29 @@ fn body(formulation: &str) -> Simulation {
     simulation
 }
 
-/// Steps that the test below has counted: it runs this program with them.
+/// Commits that the test below has counted: it runs this program with them. Steps would begin with the stable step.
 #[test]
 #[ignore = "run by the other test"]
-fn steps_to_be_counted() {
+fn commits_to_be_counted() {
     let formulation = env::var("PERION_COUNTED").unwrap();
-    let steps = env::var("PERION_STEPS").unwrap().parse().unwrap();
+    let commits = env::var("PERION_COMMITS").unwrap().parse().unwrap();
     let mut simulation = body(&formulation);
     let count = simulation.points().count();
-    let velocity: Vec<f64> = (0..3 * count).map(|k| 1e-6 * (k as f64 * 0.37).sin()).collect();
-    simulation.set(Field::Velocity, &velocity).unwrap();
-    for _ in 0..steps {
-        simulation.step(0.1, 1).unwrap();
+    let displacement: Vec<f64> = (0..3 * count).map(|k| 1e-6 * (k as f64 * 0.37).sin()).collect();
+    for _ in 0..commits {
+        simulation.set(Field::Displacement, &displacement).unwrap();
+        simulation.commit(0.1).unwrap();
     }
 }
 
-fn instructions(formulation: &str, level: &str, steps: u32) -> f64 {
-    let out = place("instructions").join(format!("{formulation}-{level}-{steps}"));
+fn instructions(formulation: &str, level: &str, commits: u32) -> f64 {
+    let out = place("instructions").join(format!("{formulation}-{level}-{commits}"));
     let told = Command::new("valgrind")
         .args(["--tool=callgrind", &format!("--callgrind-out-file={}", out.display())])
         .arg(env::current_exe().unwrap())
-        .args(["--exact", "steps_to_be_counted", "--ignored", "--test-threads=1"])
+        .args(["--exact", "commits_to_be_counted", "--ignored", "--test-threads=1"])
         .env("PERION_COUNTED", formulation)
-        .env("PERION_STEPS", steps.to_string())
+        .env("PERION_COMMITS", commits.to_string())
         .env("PERION_SIMD", level)
         .output()
         .unwrap();
@@ -80,7 +80,7 @@ fn compiler() -> String {
 }
 
 #[test]
-fn steps_cost_no_more_instructions_than_they_did() {
+fn commits_cost_no_more_instructions_than_they_did() {
     if !there_is("valgrind") {
         eprintln!("skipped: instructions are counted by valgrind");
         return;
@@ -97,10 +97,10 @@ fn steps_cost_no_more_instructions_than_they_did() {
     for formulation in FORMULATIONS {
         let ends = 2.0 * body(formulation).bond_count().unwrap() as f64;
         for level in LEVELS {
-            // The stable step, families and the first energy are in both.
-            let [few, many] = [2, 6].map(|steps| instructions(formulation, level, steps));
+            // Families, and what is kept from the first sweep on, are in both.
+            let [few, many] = [2, 6].map(|commits| instructions(formulation, level, commits));
             let each = (many - few) / 4.0 / ends;
-            eprintln!("{formulation}, {level}: {each:.2} instructions a bond and step");
+            eprintln!("{formulation}, {level}: {each:.2} instructions a bond and commit");
             counted.insert(format!("{formulation} {level}"), (100.0 * each).round() / 100.0);
         }
     }
@@ -111,6 +111,6 @@ fn steps_cost_no_more_instructions_than_they_did() {
     }
     for (what, now) in &counted {
         let before = known[&compiler][what];
-        assert!(*now <= MORE * before, "{what}: {now} instructions a bond and step, not {before}");
+        assert!(*now <= MORE * before, "{what}: {now} instructions a bond and commit, not {before}");
     }
 }
