@@ -160,14 +160,9 @@ impl Simulation {
     /// Looks whether the stable step is to be found anew, and cuts what is left into equal steps.
     fn choose_step(&mut self, run: &mut Advancing) -> Result<()> {
         let AdvanceOptions { safety, largest_time_step, interval } = run.options;
-        let (steps, soon) = (self.state.steps, interval.div_ceil(4));
-        let built = self.built()?;
-        let is_good = built.stable_step.as_ref().is_some_and(|known| {
-            let age = steps.saturating_sub(known.found_at);
-            let is_old = age >= interval || age >= soon && known.is_of_more_bonds(&built.bonds);
-            !known.is_stale && !is_old && self.state.force_fresh
-        });
-        if !is_good {
+        let soon = interval.div_ceil(4);
+        // What the host has moved since is another body.
+        if !(self.state.force_fresh && self.knows_stable_step(interval, soon)?) {
             self.find_stable_step(self.built()?.stable_step.is_some())?;
             run.report.estimates += 1;
         }

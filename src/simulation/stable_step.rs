@@ -62,19 +62,24 @@ impl Simulation {
         Ok(())
     }
 
+    /// Whether a stable step is known that the host has not outdated by changing bonds, and that is not as old as so many
+    /// steps: in any case, and where bonds have broken since and make others stiffer.
+    pub(super) fn knows_stable_step(&self, in_any_case: u64, where_broken: u64) -> Result<bool> {
+        let built = self.built()?;
+        Ok(built.stable_step.as_ref().is_some_and(|known| {
+            let age = self.state.steps.saturating_sub(known.found_at);
+            let is_outdated = age >= where_broken
+                && built.plan.formulation.stiffens_by_damage()
+                && known.is_of_more_bonds(&built.bonds);
+            !known.is_stale && age < in_any_case && !is_outdated
+        }))
+    }
+
     /// The stable step for steps to be compared with: found anew when the host or, a while ago, the rule has broken
     /// bonds.
     pub(super) fn current_stable_step(&mut self) -> Result<f64> {
-        let steps = self.state.steps;
-        let built = self.built()?;
-        let is_good = built.stable_step.as_ref().is_some_and(|known| {
-            let is_old = built.plan.formulation.stiffens_by_damage()
-                && steps >= known.found_at + LOOKS_AFTER
-                && known.is_of_more_bonds(&built.bonds);
-            !known.is_stale && !is_old
-        });
-        if !is_good {
-            self.find_stable_step(built.stable_step.is_some())?;
+        if !self.knows_stable_step(u64::MAX, LOOKS_AFTER)? {
+            self.find_stable_step(self.built()?.stable_step.is_some())?;
         }
         Ok(self.built()?.stable_step.as_ref().map_or(f64::MAX, |known| known.step))
     }

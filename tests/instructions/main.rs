@@ -111,6 +111,9 @@ fn commits_cost_no_more_instructions_than_they_did() {
     }
     for (what, now) in &counted {
         let before = known[&compiler][what];
-        assert!(*now <= MORE * before, "{what}: {now} instructions a bond and commit, not {before}");
+        assert!(
+            *now <= MORE * before,
+            "{what}: {now} instructions a bond and commit, not {before}"
+        );
     }
 }
