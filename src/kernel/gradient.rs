@@ -125,6 +125,8 @@ where
             };
             let old = &mut kept.masks[blocks];
             if kept_here[0] == 0.0 || old != masks {
+                // Nothing is kept while masks and rows do not belong together, should a panic come between.
+                kept_here[0] = 0.0;
                 old.copy_from_slice(masks);
                 keep(&sums.moments::<D, SIZE>(point, masks), kept_here);
             }

@@ -27,10 +27,8 @@ impl Simulation {
     /// What building the families can fail with; `Numeric` when forces at the current displacement are not finite, or
     /// when no step is stable: the largest eigenvalue is not real and positive, and motions grow whatever the step.
     pub fn stable_time_step(&mut self) -> Result<f64> {
-        let near = |built: &Built| {
-            built.stable_step.as_ref().is_some_and(|known| known.is_near(&built.bonds))
-        };
-        let again = near(self.built()?);
+        let Built { stable_step, bonds, .. } = self.built()?;
+        let again = stable_step.as_ref().is_some_and(|known| known.is_near(bonds));
         self.find_stable_step(again)?;
         self.stable_step_if_any()
     }
