@@ -36,15 +36,13 @@ pub(crate) struct Step {
     pub(crate) cells: isize,
     /// xi
     pub(crate) reference: [f64; 3],
-    /// 1/L^2
-    pub(crate) inverse_squared: f64,
-    /// V/L
-    pub(crate) weight: f64,
 }
 
 /// The lattice of a body.
 #[derive(Debug)]
 pub(crate) struct Lattice {
+    /// Of each of its points.
+    pub(crate) volume: f64,
     /// In the order of `cells`.
     pub(crate) stencil: Vec<Step>,
     /// Inner place of the point in each cell; points off the lattice that have neighbours on it have none.
@@ -260,14 +258,7 @@ impl Lattice {
         for vector in &vectors {
             let reference: [f64; 3] =
                 std::array::from_fn(|axis| f64::from(vector[axis]) * grid.spacing[axis]);
-            let [x, y, z] = reference;
-            let inverse = (x * x + y * y + z * z).sqrt().recip();
-            stencil.push(Step {
-                cells: numbering.cells(vector),
-                reference,
-                inverse_squared: inverse * inverse,
-                weight: volume * inverse,
-            });
+            stencil.push(Step { cells: numbering.cells(vector), reference });
         }
         stencil.sort_unstable_by_key(|step| step.cells);
         let mut point_of = memory::filled(NOBODY, numbering.cells, PURPOSE)?;
@@ -281,6 +272,7 @@ impl Lattice {
             cell_of[point] = cell as u32;
         }
         let mut lattice = Self {
+            volume,
             stencil,
             point_of,
             cell_of,

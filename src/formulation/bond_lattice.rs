@@ -11,7 +11,7 @@ use super::bond_laws::Limits;
 use crate::error::Result;
 use crate::families::lattice::{Lattice, NOBODY};
 use crate::families::{Families, LANES};
-use crate::kernel::lattice::{GroupSweep, Groups};
+use crate::kernel::lattice::{GroupSweep, Groups, Leg, Prepare};
 use crate::memory;
 use crate::workers::{PerPoint, Ragged, Workers};
 
@@ -32,7 +32,8 @@ struct Held {
     /// The masks of the bonds' lists that these belong to.
     followed: Vec<u8>,
     shifts: Vec<f64>,
-    /// Over the bond constant, of each component eight numbers a group.
+    legs: Vec<Leg>,
+    /// Over bond constant and volume, of each component eight numbers a group.
     forces: Vec<f64>,
     /// Of each seat; that of a group's first tells of bonds that have broken in the group.
     broke: Vec<bool>,
@@ -55,6 +56,7 @@ impl LatticeState {
             masks: memory::filled(0, lattice.groups.len() * lattice.row(), PURPOSE)?,
             followed: memory::filled(0, scene.families.block_count(), PURPOSE)?,
             shifts: memory::filled(0.0, scene.dimension * stride(lattice) + SLACK, PURPOSE)?,
+            legs: memory::filled(Leg::default(), lattice.stencil.len(), PURPOSE)?,
             forces: memory::filled(0.0, seats * scene.dimension, PURPOSE)?,
             broke: memory::filled(false, seats, PURPOSE)?,
         };
@@ -67,6 +69,7 @@ impl LatticeState {
         memory::bytes(&held.masks)
             + memory::bytes(&held.followed)
             + memory::bytes(&held.shifts)
+            + memory::bytes(&held.legs)
             + memory::bytes(&held.forces)
             + memory::bytes(&held.broke)
     }
@@ -75,6 +78,12 @@ impl LatticeState {
 /// Numbers from one axis of the cells to the next.
 fn stride(lattice: &Lattice) -> usize {
     lattice.point_of.len().next_multiple_of(512) + STAGGER
+}
+
+/// A power of two near the lengths of the stencil.
+fn unit_of(lattice: &Lattice) -> f64 {
+    let longest = lattice.stencil.iter().map(|step| step.reference[0].abs()).fold(0.0, f64::max);
+    longest.log2().floor().exp2()
 }
 
 impl Held {
@@ -103,17 +112,19 @@ impl Held {
     }
 }
 
-/// Copies displacements to the cells, and gives those of each axis.
+/// Copies displacements, over a unit, to the cells, and gives those of each axis.
 fn place<'a, const D: usize>(
     workers: &Workers,
     lattice: &Lattice,
     displacement: &[f64],
+    unit: f64,
     cells: &'a mut [f64],
 ) -> [&'a [f64]; D] {
     let (count, stride) = (lattice.point_of.len(), stride(lattice));
     let ahead = cells.as_ptr().align_offset(64).min(SLACK);
     let cells = &mut cells[ahead..];
     let (shifts, _) = displacement.as_chunks::<D>();
+    let scale = unit.recip();
     let mut axes = cells.chunks_mut(stride).map(|axis| &mut axis[..count]);
     let mut next = || PerPoint(axes.next().unwrap_or_default(), 1);
     let outputs = (next(), next(), (D == 3).then(next));
@@ -123,7 +134,7 @@ fn place<'a, const D: usize>(
         for (axis, values) in axes.iter_mut().flatten().enumerate() {
             for (value, &point) in values.iter_mut().zip(points) {
                 if point != NOBODY {
-                    *value = shifts[point as usize][axis];
+                    *value = scale * shifts[point as usize][axis];
                 }
             }
         }
@@ -148,8 +159,17 @@ impl OnLattice<'_> {
         if is_changed(scene, &held.followed) {
             held.follow(lattice, families, intact);
         }
-        let shifts = place::<D>(workers, lattice, scene.displacement, &mut held.shifts);
-        let groups = Groups::<D>::new(lattice, shifts);
+        let unit = unit_of(lattice);
+        let prepare = Prepare {
+            stencil: &lattice.stencil,
+            unit,
+            threshold: self.threshold,
+            legs: &mut held.legs,
+        };
+        scene.simd.run(prepare);
+        let shifts = place::<D>(workers, lattice, scene.displacement, unit, &mut held.shifts);
+        let groups = Groups::<D>::new(lattice, &held.legs, shifts);
+        let factor = self.bond_constant * lattice.volume;
         let (seats, limits) = (lattice.members.len(), self.limits);
         held.broke.fill(false);
         let outputs = (
@@ -164,7 +184,6 @@ impl OnLattice<'_> {
                 force: force.0,
                 masks: masks.0,
                 broke: broke.0,
-                threshold: self.threshold,
                 judge: limits,
             });
         });
@@ -184,7 +203,7 @@ impl OnLattice<'_> {
                 }
                 let (group, lane) = (seat as usize / LANES, seat as usize % LANES);
                 for (axis, force) in force.iter_mut().enumerate() {
-                    *force = self.bond_constant * forces[group * D + axis][lane];
+                    *force = factor * forces[group * D + axis][lane];
                 }
                 if !force.iter().all(|component| component.is_finite()) {
                     bad.fetch_min(point, Ordering::Relaxed);
