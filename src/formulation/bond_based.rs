@@ -7,10 +7,10 @@ use std::f64::consts::PI;
 
 use super::body::{Body, ByModel, Link, Weights};
 use super::bond_forces;
-use super::bond_lattice::{LatticeState, OnLattice};
 use super::bond_laws::{Alike, Limits, Various, close_to};
 use super::breaking::stretch;
 use super::constants;
+use super::on_lattice::{LatticeState, OnLattice};
 use super::ordinary_state_based::extension;
 use super::{
     EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Read, Scene, surface,
@@ -156,8 +156,8 @@ impl BondBased {
     /// The lattice, if the body has one and its bonds are all alike.
     fn on_lattice<'a>(&'a self, scene: &'a Scene<'a>, law: &Alike<'a>) -> Option<OnLattice<'a>> {
         let (lattice, state) = (scene.families.lattice.as_ref()?, self.lattice.as_ref()?);
-        let Alike { bond_constant, critical, limits } = *law;
-        Some(OnLattice { lattice, state, bond_constant, threshold: close_to(critical), limits })
+        let Alike { critical, limits, .. } = *law;
+        Some(OnLattice { lattice, state, threshold: close_to(critical), limits })
     }
 
     fn read_kinematics<const D: usize>(
@@ -206,13 +206,17 @@ impl Formulation for BondBased {
         alike && self.corrected.is_none()
     }
 
+    fn takes_part_of_a_lattice(&self) -> bool {
+        true
+    }
+
     fn know_rule(&mut self, rule: Option<&BreakRule>) {
         self.breaks_alike = rule.is_none_or(|rule| rule.uniform().is_some());
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
         if let Some(lattice) = &scene.families.lattice {
-            self.lattice = Some(LatticeState::new(scene, lattice)?);
+            self.lattice = Some(LatticeState::new(scene, lattice, 0)?);
         }
         let Some(moduli) = &self.corrected else { return Ok(()) };
         let factors = surface::factors(

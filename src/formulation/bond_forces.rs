@@ -3,10 +3,12 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::Scene;
-use super::bond_lattice::OnLattice;
 use super::bond_laws::Various;
+use super::on_lattice::{OnLattice, Parts};
 use crate::damage::Breaking;
+use crate::families::LANES;
 use crate::kernel::bond_based::{BondLaw, Cloud, ForceSweep, Record};
+use crate::kernel::lattice::{BondSweep, Breaks};
 use crate::workers::{PerPoint, Ragged};
 
 /// Forces per volume on all points; with `remaining`, bonds beyond their limit break first, and the masks without them
@@ -33,9 +35,29 @@ pub(super) fn sweep<const D: usize>(
         ));
     }
     if let Some(on) = lattice {
-        first = first.min(on.sweep::<D>(scene, force, remaining));
+        first = first.min(sweep_lattice::<D>(scene, law.factor(), &on, force, remaining));
     }
     (first != usize::MAX).then_some(first)
+}
+
+/// As [`sweep`], of the points that have a seat on a lattice. Gives a number beyond all points where all is finite.
+fn sweep_lattice<const D: usize>(
+    scene: &Scene<'_>,
+    bond_constant: f64,
+    on: &OnLattice<'_>,
+    force: &mut [f64],
+    remaining: Option<&mut [u8]>,
+) -> usize {
+    let sums = |parts: Parts<'_, D, 0>| {
+        let Parts { groups, seats, masks, broke, forces, .. } = parts;
+        scene.workers.sweep(seats, (forces, masks, broke), |range, (force, masks, broke)| {
+            let breaks = Breaks { masks: masks.0, broke: broke.0, judge: on.limits };
+            let range = range.start / LANES..range.end / LANES;
+            scene.simd.run(BondSweep { groups, range, force: force.0, breaks });
+        });
+        bond_constant * on.lattice.volume
+    };
+    on.sweep(scene, |_| 1.0, sums, force, remaining)
 }
 
 /// As [`sweep`], of the points that have no seat on a lattice. Gives a number beyond all points where all is finite.

@@ -5,7 +5,6 @@ mod bond_associated;
 mod bond_associated_quadrature;
 mod bond_based;
 mod bond_forces;
-mod bond_lattice;
 mod bond_laws;
 mod breaking;
 mod constants;
@@ -17,6 +16,7 @@ mod kinematics;
 mod lagrangian;
 mod laws;
 mod madenci_oterkus;
+mod on_lattice;
 mod operators;
 mod ordinary_plastic;
 mod ordinary_state_based;
@@ -159,6 +159,11 @@ pub(crate) type Read<'a> = dyn Fn(&Kinematics, &mut [f64]) + Sync + 'a;
 pub(crate) trait Formulation: Send + Sync {
     /// Whether its sweeps are faster where points stand on a lattice.
     fn has_use_for_a_lattice(&self) -> bool {
+        false
+    }
+
+    /// Whether they are where only a part of the body does.
+    fn takes_part_of_a_lattice(&self) -> bool {
         false
     }
 

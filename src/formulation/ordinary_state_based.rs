@@ -6,8 +6,10 @@
 //! With a yield stress it is `ordinary_plastic`.
 
 use super::body::{Body, ByModel, Link, Weights};
+use super::bond_laws::{Limits, close_to};
 use super::constants;
 use super::correspondence::add;
+use super::on_lattice::{LatticeState, OnLattice, Parts};
 use super::passes::Passes;
 use super::state_based::StateBased;
 use super::{
@@ -15,7 +17,9 @@ use super::{
 };
 use crate::damage::Breaking;
 use crate::error::{Error, Result};
-use crate::kernel::family::Record;
+use crate::families::{LANES, Property};
+use crate::kernel::family::{Omega, Record};
+use crate::kernel::lattice::{Breaks, DilationSweep, Lps as Moduli, TensionSweep};
 use crate::kernel::ordinary_state_based::{OtherPull, OwnPull};
 use crate::material::Law;
 use crate::model::Model;
@@ -60,6 +64,8 @@ pub(super) struct Lps {
     pub(super) corrected: Option<ByModel<f64>>,
     /// For what lies across; bonds do not ask it.
     pub(super) laws: ByModel<Law>,
+    /// What sweeps over a lattice hold, where the body is one.
+    lattice: Option<LatticeState>,
 }
 
 fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
@@ -75,7 +81,7 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         None
     };
     let laws = ByModel::new(materials, |model| Law::new(model, dimension))?;
-    let lps = Lps { weights: Weights::new(materials)?, moduli, corrected, laws };
+    let lps = Lps { weights: Weights::new(materials)?, moduli, corrected, laws, lattice: None };
     if materials.models.iter().any(|model| model.number("yield_stress").is_some()) {
         return ordinary_plastic::prepare(materials, lps);
     }
@@ -131,6 +137,13 @@ impl Lps {
         breaking: &mut Option<Breaking<'_>>,
     ) -> Option<usize> {
         let (omega, count) = (in_lanes::omega(scene, &self.weights)?, scene.places.len());
+        if let (Some(lattice), Some(state)) = (&scene.families.lattice, &self.lattice) {
+            let rule = breaking.as_ref().map(|breaking| breaking.rule);
+            let critical = rule.and_then(|rule| rule.uniform()).unwrap_or(f64::INFINITY);
+            let (threshold, limits) = (close_to(critical), Limits { scene, rule });
+            let on = OnLattice { lattice, state, threshold, limits };
+            return self.swept_on_lattice::<D>(scene, omega, &on, force, breaking);
+        }
         let (records, rest) = in_lanes::table(scratch, count);
         let (left, _) = in_lanes::table(rest, count);
         in_lanes::record::<D>(scene, records);
@@ -158,6 +171,45 @@ impl Lps {
     }
 }
 
+impl Lps {
+    fn swept_on_lattice<const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        omega: Omega,
+        on: &OnLattice<'_>,
+        force: &mut [f64],
+        breaking: &mut Option<Breaking<'_>>,
+    ) -> Option<usize> {
+        let [kappa, deviatoric] = *self.moduli.at(0);
+        let moduli = Moduli { kappa, deviatoric };
+        let influence = |length: f64| omega.influence.value(D, length, omega.horizon);
+        let sums = |parts: Parts<'_, D, 2>| {
+            let Parts { groups, seats, unit, mut masks, broke, forces, left: [mut a, mut b] } =
+                parts;
+            let outputs = (a.again(), b.again(), masks.again(), broke);
+            scene.workers.sweep(seats, outputs, |range, (a, b, masks, broke)| {
+                let breaks = Breaks { masks: masks.0, broke: broke.0, judge: on.limits };
+                let range = range.start / LANES..range.end / LANES;
+                let (first, left) = (a.first, [a.values, b.values]);
+                scene.simd.run(DilationSweep { groups, moduli, range, first, left, breaks });
+            });
+            let left = [&*a.values, &*b.values];
+            scene.workers.sweep(seats, (forces, masks), |range, (force, masks)| {
+                let range = range.start / LANES..range.end / LANES;
+                let (force, masks) = (force.0, &*masks.0);
+                scene.simd.run(TensionSweep { groups, left, range, masks, force });
+            });
+            unit.recip()
+        };
+        let remaining = breaking.as_mut().map(|breaking| {
+            breaking.intact.copy_from_slice(scene.bonds.intact);
+            &mut *breaking.intact
+        });
+        let bad = on.sweep(scene, influence, sums, force, remaining);
+        (bad != usize::MAX).then_some(bad)
+    }
+}
+
 impl Passes for Lps {
     fn weights(&self) -> &Weights {
         &self.weights
@@ -169,6 +221,19 @@ impl Passes for Lps {
 
     fn correct(&mut self, factors: Vec<f64>) {
         self.weights.correction = Some(factors);
+    }
+
+    fn has_use_for_a_lattice(&self) -> bool {
+        let uniform = matches!(self.weights.horizons, Property::Uniform(_));
+        let alike = self.moduli.only().is_some() && self.weights.influence().is_some();
+        alike && uniform && self.corrected.is_none()
+    }
+
+    fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
+        if let Some(lattice) = &scene.families.lattice {
+            self.lattice = Some(LatticeState::new(scene, lattice, 2)?);
+        }
+        Ok(())
     }
 
     fn room_of_lanes(&self, points: usize, _: usize) -> usize {
@@ -253,6 +318,7 @@ impl Passes for Lps {
     }
 
     fn bytes(&self) -> usize {
-        self.laws.bytes() + self.moduli.bytes()
+        let lattice = self.lattice.as_ref().map_or(0, LatticeState::bytes);
+        self.laws.bytes() + self.moduli.bytes() + lattice
     }
 }

@@ -61,6 +61,11 @@ pub(super) trait Passes: Sized + Send + Sync {
         }
     }
 
+    /// Whether its sweeps are faster where the body is a lattice.
+    fn has_use_for_a_lattice(&self) -> bool {
+        false
+    }
+
     /// Takes the body as it is before the first step.
     fn refer_to(&mut self, _scene: &Scene<'_>) -> Result<()> {
         Ok(())

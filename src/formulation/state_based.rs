@@ -10,7 +10,7 @@ use super::breaking::Near;
 use super::laws::Laws;
 use super::passes::Passes;
 use super::{Asked, EnergyPart, Formulation, Materials, Read, Scene, breaking, constants, surface};
-use crate::damage::Breaking;
+use crate::damage::{BreakRule, Breaking};
 use crate::error::Result;
 use crate::families::{LANES, Property};
 use crate::tensor::Vector;
@@ -21,6 +21,8 @@ pub(super) struct StateBased<P> {
     passes: P,
     /// C_b of [P 3.58].
     bond_constants: Property,
+    /// Bonds break at one stretch, if they do.
+    breaks_alike: bool,
 }
 
 impl<P: Passes> StateBased<P> {
@@ -32,7 +34,7 @@ impl<P: Passes> StateBased<P> {
             },
             "bond constants",
         )?;
-        Ok(Self { passes, bond_constants })
+        Ok(Self { passes, bond_constants, breaks_alike: true })
     }
 
     fn passes<const D: usize>(
@@ -274,6 +276,14 @@ fn gather<const D: usize>(
 }
 
 impl<P: Passes> Formulation for StateBased<P> {
+    fn has_use_for_a_lattice(&self) -> bool {
+        self.breaks_alike && self.passes.has_use_for_a_lattice()
+    }
+
+    fn know_rule(&mut self, rule: Option<&BreakRule>) {
+        self.breaks_alike = rule.is_none_or(|rule| rule.uniform().is_some());
+    }
+
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
         self.passes.refer_to(scene)?;
         if self.passes.corrected_modulus(0).is_none() {

@@ -82,7 +82,10 @@ impl Plan {
             && families.reach.is_sharp_and_uniform()
             && formulation.has_use_for_a_lattice()
         {
-            families.lattice = Lattice::find(&places, &families, farthest)?;
+            let lattice = Lattice::find(&places, &families, farthest)?;
+            families.lattice = lattice.filter(|lattice| {
+                lattice.count == places.len() || formulation.takes_part_of_a_lattice()
+            });
         }
         let crack_tolerance = crack_tolerance(points);
         Ok(Self { dimension, places, density, families, formulation, rule, crack_tolerance, simd })

@@ -134,6 +134,13 @@ pub(crate) trait Outputs: Sized + Send {
 /// `width` values a point.
 pub(crate) struct PerPoint<'a, T>(pub(crate) &'a mut [T], pub(crate) usize);
 
+impl<T> PerPoint<'_, T> {
+    /// The same values once more.
+    pub(crate) fn again(&mut self) -> PerPoint<'_, T> {
+        PerPoint(&mut *self.0, self.1)
+    }
+}
+
 impl<T: Send> Outputs for PerPoint<'_, T> {
     fn split(self, first: usize, at: usize) -> (Self, Self) {
         let (low, high) = self.0.split_at_mut((at - first) * self.1);

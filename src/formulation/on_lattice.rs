@@ -1,4 +1,4 @@
-//! The part of a body that is a lattice, in bond_based: what its cells and groups hold besides the lattice itself.
+//! The part of a body that is a lattice: what its cells and groups hold besides the lattice itself.
 //!
 //! The masks of the bonds' lists say which bonds there are; those of the groups follow them. Displacements are copied
 //! to the cells and forces from the groups, so that all else of the body keeps its order.
@@ -11,13 +11,13 @@ use super::bond_laws::Limits;
 use crate::error::Result;
 use crate::families::lattice::{Lattice, NOBODY};
 use crate::families::{Families, LANES};
-use crate::kernel::lattice::{GroupSweep, Groups, Leg, Prepare};
+use crate::kernel::lattice::{Groups, Leg, Prepare};
 use crate::memory;
-use crate::workers::{PerPoint, Ragged, Workers};
+use crate::workers::{Outputs, PerPoint, Ragged, Workers};
 
 const PURPOSE: &str = "lattices";
 
-/// Numbers beyond the cells of an axis: one more axis does not begin at the same place of a page.
+/// Numbers beyond the cells of a column: the next one does not begin at the same place of a page.
 const STAGGER: usize = 168;
 
 /// Numbers that let the first cell begin a line of the cache.
@@ -31,31 +31,70 @@ struct Held {
     masks: Vec<u8>,
     /// The masks of the bonds' lists that these belong to.
     followed: Vec<u8>,
-    shifts: Vec<f64>,
+    /// Numbers of the cells, column by column: the displacement, and what one sweep leaves for the next.
+    columns: Vec<f64>,
     legs: Vec<Leg>,
-    /// Over bond constant and volume, of each component eight numbers a group.
+    /// Of each component eight numbers a group.
     forces: Vec<f64>,
     /// Of each seat; that of a group's first tells of bonds that have broken in the group.
     broke: Vec<bool>,
 }
 
-/// The lattice part of a sweep for forces.
+/// The lattice part of a body in a sweep for forces.
 pub(super) struct OnLattice<'a> {
     pub(super) lattice: &'a Lattice,
     pub(super) state: &'a LatticeState,
-    pub(super) bond_constant: f64,
     /// (l/L)^2 - 1 of bonds that come close to their limit.
     pub(super) threshold: f64,
     pub(super) limits: Limits<'a>,
 }
 
+/// What the sweeps over groups read and write; `N`: columns that one leaves for the next.
+pub(super) struct Parts<'a, const D: usize, const N: usize> {
+    pub(super) groups: Groups<'a, D>,
+    pub(super) seats: usize,
+    /// The length that is 1.
+    pub(super) unit: f64,
+    pub(super) masks: PerPoint<'a, u8>,
+    pub(super) broke: PerPoint<'a, bool>,
+    /// `D` numbers a seat.
+    pub(super) forces: PerPoint<'a, f64>,
+    pub(super) left: [Column<'a>; N],
+}
+
+/// Numbers of the cells from one on, shared out by groups.
+pub(super) struct Column<'a> {
+    pub(super) values: &'a mut [f64],
+    pub(super) first: usize,
+    /// First cell of each group.
+    groups: &'a [u32],
+}
+
+impl Column<'_> {
+    /// The same numbers once more.
+    pub(super) fn again(&mut self) -> Column<'_> {
+        Column { values: &mut *self.values, first: self.first, groups: self.groups }
+    }
+}
+
+impl Outputs for Column<'_> {
+    fn split(self, _: usize, seat: usize) -> (Self, Self) {
+        let Self { values, first, groups } = self;
+        let middle = groups[seat / LANES] as usize;
+        let (low, high) = values.split_at_mut(middle - first);
+        (Self { values: low, first, groups }, Self { values: high, first: middle, groups })
+    }
+}
+
 impl LatticeState {
-    pub(super) fn new(scene: &Scene<'_>, lattice: &Lattice) -> Result<Self> {
+    /// With room for so many columns that sweeps leave.
+    pub(super) fn new(scene: &Scene<'_>, lattice: &Lattice, left: usize) -> Result<Self> {
         let seats = lattice.members.len();
+        let numbers = (scene.dimension + left) * stride(lattice) + SLACK;
         let mut held = Held {
             masks: memory::filled(0, lattice.groups.len() * lattice.row(), PURPOSE)?,
             followed: memory::filled(0, scene.families.block_count(), PURPOSE)?,
-            shifts: memory::filled(0.0, scene.dimension * stride(lattice) + SLACK, PURPOSE)?,
+            columns: memory::filled(0.0, numbers, PURPOSE)?,
             legs: memory::filled(Leg::default(), lattice.stencil.len(), PURPOSE)?,
             forces: memory::filled(0.0, seats * scene.dimension, PURPOSE)?,
             broke: memory::filled(false, seats, PURPOSE)?,
@@ -68,14 +107,14 @@ impl LatticeState {
         let held = self.0.lock().unwrap_or_else(|poison| poison.into_inner());
         memory::bytes(&held.masks)
             + memory::bytes(&held.followed)
-            + memory::bytes(&held.shifts)
+            + memory::bytes(&held.columns)
             + memory::bytes(&held.legs)
             + memory::bytes(&held.forces)
             + memory::bytes(&held.broke)
     }
 }
 
-/// Numbers from one axis of the cells to the next.
+/// Numbers from one column of the cells to the next.
 fn stride(lattice: &Lattice) -> usize {
     lattice.point_of.len().next_multiple_of(512) + STAGGER
 }
@@ -112,88 +151,95 @@ impl Held {
     }
 }
 
-/// Copies displacements, over a unit, to the cells, and gives those of each axis.
-fn place<'a, const D: usize>(
+/// Copies displacements, over a unit, to the cells.
+fn place<const D: usize>(
     workers: &Workers,
     lattice: &Lattice,
     displacement: &[f64],
     unit: f64,
-    cells: &'a mut [f64],
-) -> [&'a [f64]; D] {
-    let (count, stride) = (lattice.point_of.len(), stride(lattice));
-    let ahead = cells.as_ptr().align_offset(64).min(SLACK);
-    let cells = &mut cells[ahead..];
+    [x, y, z]: [Option<&mut [f64]>; 3],
+) {
     let (shifts, _) = displacement.as_chunks::<D>();
     let scale = unit.recip();
-    let mut axes = cells.chunks_mut(stride).map(|axis| &mut axis[..count]);
-    let mut next = || PerPoint(axes.next().unwrap_or_default(), 1);
-    let outputs = (next(), next(), (D == 3).then(next));
-    workers.sweep(count, outputs, |range, (x, y, z)| {
+    let column = |values| PerPoint(values, 1);
+    let outputs = (x.map(column), y.map(column), z.map(column));
+    workers.sweep(lattice.point_of.len(), outputs, |range, (x, y, z)| {
         let points = &lattice.point_of[range];
-        let mut axes = [Some(x.0), Some(y.0), z.map(|z| z.0)];
-        for (axis, values) in axes.iter_mut().flatten().enumerate() {
-            for (value, &point) in values.iter_mut().zip(points) {
-                if point != NOBODY {
-                    *value = scale * shifts[point as usize][axis];
+        let axes = [x, y, z].map(|axis| axis.map_or(&mut [][..], |axis| axis.0));
+        for (place, &point) in points.iter().enumerate() {
+            if point != NOBODY {
+                for (axis, shift) in shifts[point as usize].iter().enumerate() {
+                    axes[axis][place] = scale * shift;
                 }
             }
         }
     });
-    let cells = &*cells;
-    std::array::from_fn(|axis| &cells[axis * stride..][..count])
 }
 
 impl OnLattice<'_> {
-    /// Forces per volume on the points of the lattice; with `remaining`, which holds the masks as they are, bonds that
-    /// break leave it first. Gives the first point whose force is not finite, or a number beyond all points.
-    pub(super) fn sweep<const D: usize>(
+    /// Forces per volume on the points of the lattice, from those of `sums`, which gives what they are to be multiplied
+    /// with; with `remaining`, which holds the masks as they are, bonds that break leave it first. `influence`: w of a
+    /// length. Gives the first point whose force is not finite, or a number beyond all points.
+    pub(super) fn sweep<const D: usize, const N: usize>(
         &self,
         scene: &Scene<'_>,
+        influence: impl Fn(f64) -> f64,
+        sums: impl FnOnce(Parts<'_, D, N>) -> f64,
         force: &mut [f64],
         remaining: Option<&mut [u8]>,
     ) -> usize {
         let (lattice, workers, families) = (self.lattice, scene.workers, scene.families);
         let mut held = self.state.0.lock().unwrap_or_else(|poison| poison.into_inner());
         let held = &mut *held;
-        let (intact, count) = (scene.bonds.intact, scene.places.len());
         if is_changed(scene, &held.followed) {
-            held.follow(lattice, families, intact);
+            held.follow(lattice, families, scene.bonds.intact);
         }
-        let unit = unit_of(lattice);
-        let prepare = Prepare {
-            stencil: &lattice.stencil,
-            unit,
-            threshold: self.threshold,
-            legs: &mut held.legs,
-        };
-        scene.simd.run(prepare);
-        let shifts = place::<D>(workers, lattice, scene.displacement, unit, &mut held.shifts);
-        let groups = Groups::<D>::new(lattice, &held.legs, shifts);
-        let factor = self.bond_constant * lattice.volume;
-        let (seats, limits) = (lattice.members.len(), self.limits);
+        let (unit, threshold) = (unit_of(lattice), self.threshold);
+        let (stencil, legs) = (&lattice.stencil[..], &mut held.legs[..]);
+        scene.simd.run(Prepare { stencil, unit, threshold, influence, legs });
+        let (cells, stride) = (lattice.point_of.len(), stride(lattice));
+        let ahead = held.columns.as_ptr().align_offset(64).min(SLACK);
+        let (shifts, left) = held.columns[ahead..].split_at_mut(D * stride);
+        let mut axes = shifts.chunks_mut(stride).map(|column| &mut column[..cells]);
+        let axes = [axes.next(), axes.next(), axes.next()];
+        place::<D>(workers, lattice, scene.displacement, unit, axes);
+        let shifts = &*shifts;
+        let shifts = std::array::from_fn(|axis| &shifts[axis * stride..][..cells]);
         held.broke.fill(false);
-        let outputs = (
-            PerPoint(&mut held.forces, D),
-            PerPoint(&mut held.masks, lattice.row() / LANES),
-            PerPoint(&mut held.broke, 1),
-        );
-        workers.sweep(seats, outputs, |range, (force, masks, broke)| {
-            scene.simd.run(GroupSweep {
-                groups,
-                range: range.start / LANES..range.end / LANES,
-                force: force.0,
-                masks: masks.0,
-                broke: broke.0,
-                judge: limits,
-            });
+        let mut left = left.chunks_mut(stride).map(|column| &mut column[..cells]);
+        let factor = sums(Parts {
+            groups: Groups::<D>::new(lattice, &held.legs, shifts),
+            seats: lattice.members.len(),
+            unit,
+            masks: PerPoint(&mut held.masks, lattice.row() / LANES),
+            broke: PerPoint(&mut held.broke, 1),
+            forces: PerPoint(&mut held.forces, D),
+            left: std::array::from_fn(|_| {
+                let values = left.next().unwrap_or_default();
+                Column { values, first: 0, groups: &lattice.groups }
+            }),
         });
+        self.hand_out::<D>(scene, held, factor, force, remaining)
+    }
+
+    /// Has points take the forces of their seats, and bonds' lists what broke in the groups.
+    fn hand_out<const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        held: &mut Held,
+        factor: f64,
+        force: &mut [f64],
+        remaining: Option<&mut [u8]>,
+    ) -> usize {
+        let Self { lattice, limits, .. } = *self;
+        let (families, count) = (scene.families, scene.places.len());
         let (forces, _) = held.forces.as_chunks::<LANES>();
         let (broke, offsets) = (&held.broke, &families.offsets);
         let bad = AtomicUsize::new(usize::MAX);
         let remaining = remaining.map(|values| Ragged { values, offsets, width: 1 });
         let followed = Ragged { values: &mut held.followed[..], offsets, width: 1 };
         let outputs = (PerPoint(force, D), remaining, followed);
-        workers.sweep(count, outputs, |range, (force, mut remaining, followed)| {
+        scene.workers.sweep(count, outputs, |range, (force, mut remaining, followed)| {
             let first = offsets[range.start] as usize;
             let (force, _) = force.0.as_chunks_mut::<D>();
             for (force, point) in force.iter_mut().zip(range) {
@@ -202,8 +248,9 @@ impl OnLattice<'_> {
                     continue;
                 }
                 let (group, lane) = (seat as usize / LANES, seat as usize % LANES);
-                for (axis, force) in force.iter_mut().enumerate() {
-                    *force = factor * forces[group * D + axis][lane];
+                let forces = &forces[group * D..(group + 1) * D];
+                for (force, forces) in force.iter_mut().zip(forces) {
+                    *force = factor * forces[lane];
                 }
                 if !force.iter().all(|component| component.is_finite()) {
                     bad.fetch_min(point, Ordering::Relaxed);
