@@ -17,7 +17,7 @@ use super::correspondence::{add, add_pulls, gradient_at};
 use super::gradient::width;
 use super::kept_rows::{KeptRows, Order, Point, Points, Sweep, leave, pull};
 use super::laws::{Laws, Sites};
-use super::passes::Passes;
+use super::passes::{Passes, Room};
 use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::damage::Breaking;
@@ -203,14 +203,14 @@ const fn before_rows(dimension: usize) -> usize {
 const MOST_LEFT: usize = before_rows(3) + 27;
 
 /// Gradients of points that have been swept in lanes, and what is kept of their families.
-struct Swept<'a, const D: usize, const SIZE: usize, const G: usize> {
+struct Swept<'a, const D: usize, const SIZE: usize> {
     baqp: &'a Baqp,
     body: &'a Body<'a, D>,
-    table: &'a [[f64; G]],
+    table: &'a [[f64; GRADIENT]],
     kept: &'a Points<'a>,
 }
 
-impl<const D: usize, const SIZE: usize, const G: usize> Swept<'_, D, SIZE, G> {
+impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
     /// What the first pass would leave of a point.
     fn left(&self, point: usize) -> [f64; MOST_LEFT] {
         let mut numbers = [0.0; MOST_LEFT];
@@ -225,10 +225,8 @@ impl<const D: usize, const SIZE: usize, const G: usize> Swept<'_, D, SIZE, G> {
         numbers[2..2 + D * D].copy_from_slice(&self.table[point][..D * D]);
         let whole = crate::tensor::identity::<D>();
         numbers[2 + D * D..before_rows(D)].copy_from_slice(whole.as_flattened());
-        for axis in 0..D {
-            let first = before_rows(D) + axis * SIZE;
-            numbers[first..first + SIZE].copy_from_slice(kept.row(axis));
-        }
+        let rows = before_rows(D)..before_rows(D) + D * SIZE;
+        numbers[rows].copy_from_slice(kept.rows().as_flattened());
         numbers
     }
 
@@ -255,41 +253,36 @@ impl Baqp {
         Some(Stress { lambda, mu })
     }
 
-    fn swept<const D: usize, const SIZE: usize, const G: usize, const C: usize>(
+    fn swept<const D: usize, const SIZE: usize, const C: usize>(
         &self,
         scene: &Scene<'_>,
-        scratch: &mut [f64],
+        room: Room<'_>,
         force: &mut [f64],
         breaking: &mut Option<Breaking<'_>>,
     ) -> Option<usize> {
         let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
         let stress = self.stress(D)?;
-        let (records, rest) = in_lanes::table(scratch, count);
-        let (gradients, rest) = in_lanes::table::<G>(rest, count);
+        let (records, rest) = in_lanes::table(room.tables, count);
+        let (gradients, rest) = in_lanes::table::<GRADIENT>(rest, count);
         let (left, _) = in_lanes::table::<C>(rest, count);
         in_lanes::record::<D>(scene, records);
         let records = &*records;
         let order = Order { order: self.order, looks_twice: true };
-        let mut sweep =
-            Sweep::<D, G> { scene, omega, records, force: &mut *force, left: &mut *gradients };
-        let kept = self.kept.sweep::<D, SIZE, G>(
+        let sweep = Sweep { scene, omega, records };
+        let kept = self.kept.sweep::<D, SIZE, _>(
             order,
-            &mut sweep,
+            sweep,
             breaking,
-            |_, kept, gradient, _, row| {
-                row[..D * D].copy_from_slice(gradient.as_flattened());
-                row[weight_place(D)] = kept.inverse_weight();
-                row[odd_place(D)] = 0.0;
-            },
-            |scene, point, kept: Point<'_, D, SIZE>, _, row| {
-                let (_, gradient, ..) =
-                    gradient_at(&Body::<D>::new(scene, &self.weights), point, self.order);
-                row[..D * D].copy_from_slice(gradient.as_flattened());
-                row[weight_place(D)] = kept.inverse_weight();
-                row[odd_place(D)] = 1.0;
-            },
+            PerPoint(&mut *gradients, 1),
+            |_| true,
+            |_, kept, gradient, row| row.0[0] = gradient_row(gradient, kept, 0.0),
         );
         let remaining = &in_lanes::remaining(scene, breaking);
+        let body = &Body::<D>::new(remaining, &self.weights);
+        kept.odd::<D, SIZE, _>(remaining, PerPoint(&mut *gradients, 1), |point, kept, row| {
+            let (_, gradient, ..) = gradient_at(body, point, self.order);
+            row.0[0] = gradient_row(&gradient, kept, 1.0);
+        });
         let family = in_lanes::family(remaining, records, omega);
         let (gradients, any_odd) = (&*gradients, AtomicBool::new(false));
         let table = Table::new(&family, gradients);
@@ -299,31 +292,43 @@ impl Baqp {
             let first = range.start;
             let finish = |point: usize, through: &Tensor<D>, force: &Vector<D>, odd: bool| {
                 let (at, kept) = (point - first, kept.at::<D, SIZE>(point));
-                let row = |axis| kept.row(axis);
-                let own = leave(&records[point], through, row, kept, &mut left.0[at]);
+                let own = leave(&records[point], through, kept.rows(), kept, &mut left.0[at]);
                 forces[at] = std::array::from_fn(|axis| force[axis] + own[axis]);
                 if odd {
                     left.0[at][MARK] = 1.0;
                     any_odd.store(true, Ordering::Relaxed);
                 }
             };
-            scene.simd.run(BondStresses::<_, D, G> { family, table, stress, range, finish });
+            scene.simd.run(BondStresses::<_, D, GRADIENT> { family, table, stress, range, finish });
         });
         if any_odd.into_inner() {
-            let body = &Body::<D>::new(remaining, &self.weights);
-            let swept = Swept::<D, SIZE, G> { baqp: self, body, table: gradients, kept: &kept };
+            let swept = Swept::<D, SIZE> { baqp: self, body, table: gradients, kept: &kept };
             swept.mend(records, force, left);
         }
         drop(kept);
-        let sweep = Sweep::<D, C> { scene, omega, records, force, left };
-        pull(sweep, breaking)
+        pull::<D, C>(Sweep { scene: remaining, ..sweep }, left, force)
     }
+}
+
+/// Numbers of a row of the table of gradients.
+const GRADIENT: usize = 12;
+
+fn gradient_row<const D: usize, const SIZE: usize>(
+    gradient: &Tensor<D>,
+    kept: Point<'_, D, SIZE>,
+    odd: f64,
+) -> [f64; GRADIENT] {
+    let mut row = [0.0; GRADIENT];
+    row[..D * D].copy_from_slice(gradient.as_flattened());
+    row[weight_place(D)] = kept.inverse_weight();
+    row[odd_place(D)] = odd;
+    row
 }
 
 /// Where a row that is left marks a point with an end of a bond that does not span the body.
 const MARK: usize = 3;
 
-impl<const D: usize, const SIZE: usize, const G: usize> Swept<'_, D, SIZE, G> {
+impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
     /// Computes marked points by single bonds.
     fn mend<const C: usize>(&self, records: &[Record], force: &mut [f64], left: &mut [[f64; C]]) {
         let scene = self.body.scene;
@@ -337,9 +342,9 @@ impl<const D: usize, const SIZE: usize, const G: usize> Swept<'_, D, SIZE, G> {
                 let numbers = self.left(point);
                 let own = Left { numbers: &numbers, dimension: D };
                 let (straight, through) = self.single_bonds(point, &own);
-                let row = |axis: usize| &own.rows()[axis * SIZE..(axis + 1) * SIZE];
+                let (rows, _) = own.rows().as_chunks();
                 let kept = self.kept.at::<D, SIZE>(point);
-                let pulled = leave(&records[point], &through, row, kept, left);
+                let pulled = leave(&records[point], &through, rows, kept, left);
                 *force = std::array::from_fn(|axis| straight[axis] + pulled[axis]);
             }
         });
@@ -368,29 +373,27 @@ impl Passes for Baqp {
         if self.stress(dimension).is_none() {
             return 0;
         }
-        let gradients = if dimension == 3 { 12 } else { 8 };
         let row = 4 * (1 + width(self.order, dimension));
-        let tables = size_of::<Record>() / size_of::<f64>() + gradients + row;
+        let tables = size_of::<Record>() / size_of::<f64>() + GRADIENT + row;
         points * tables + 3 * in_lanes::SLACK
+    }
+
+    fn gradient_order(&self) -> usize {
+        self.order
     }
 
     fn runs_in_lanes(&self, scene: &Scene<'_>) -> bool {
         self.kept.omega(scene, &self.weights).is_some()
     }
 
-    fn sweep_lanes(
+    fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
         scene: &Scene<'_>,
-        scratch: &mut [f64],
+        room: Room<'_>,
         force: &mut [f64],
         breaking: &mut Option<Breaking<'_>>,
     ) -> Option<usize> {
-        match (scene.dimension, self.order) {
-            (3, 1) => self.swept::<3, 3, 12, 16>(scene, scratch, force, breaking),
-            (3, _) => self.swept::<3, 9, 12, 40>(scene, scratch, force, breaking),
-            (_, 1) => self.swept::<2, 2, 8, 12>(scene, scratch, force, breaking),
-            _ => self.swept::<2, 5, 8, 24>(scene, scratch, force, breaking),
-        }
+        self.swept::<D, SIZE, C>(scene, room, force, breaking)
     }
 
     fn width(&self, dimension: usize) -> usize {

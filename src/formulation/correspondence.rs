@@ -8,13 +8,15 @@
 use std::f64::consts::PI;
 
 use super::body::{Body, Link, Weights};
+use super::breaking::Near;
 use super::constants;
-use super::gradient::{Gradient, MOST, Shape, monomials, width};
-use super::kept_rows::{KeptRows, Order, Point, Sweep, leave, pull};
+use super::correspondence_lanes::PENALTY_ROW;
+use super::gradient::{Gradient, MOST, monomials, width};
+use super::kept_rows::KeptRows;
 use super::laws::{Laws, Sites};
-use super::passes::Passes;
+use super::passes::{Passes, Room};
 use super::state_based::StateBased;
-use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
+use super::{EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::damage::Breaking;
 use crate::error::Result;
 use crate::families::Property;
@@ -24,7 +26,6 @@ use crate::tensor::{
     Tensor, Vector, add_outer, applied, difference, dot, identity, product, read, scaled, sum,
     trace, zero,
 };
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     name: "correspondence",
@@ -81,15 +82,15 @@ enum Stabilisation {
     Wan,
 }
 
-struct Correspondence {
-    weights: Weights,
-    laws: Laws,
+pub(super) struct Correspondence {
+    pub(super) weights: Weights,
+    pub(super) laws: Laws,
     stabilisation: Stabilisation,
     /// C_s C_b / delta.
     penalty: Property,
-    order: usize,
-    strong: bool,
-    kept: KeptRows,
+    pub(super) order: usize,
+    pub(super) strong: bool,
+    pub(super) kept: KeptRows,
 }
 
 /// Without a penalty.
@@ -123,17 +124,17 @@ fn prepare(
 }
 
 /// What a point knows of its family.
-struct Own<const D: usize> {
-    gradient: Gradient<D>,
+pub(super) struct Own<const D: usize> {
+    pub(super) gradient: Gradient<D>,
     deformation: Deformation<D>,
-    answer: Answer<D>,
+    pub(super) answer: Answer<D>,
     /// sum w V and sum V.
     weight: f64,
     volume: f64,
 }
 
 impl Correspondence {
-    fn own<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> Own<D> {
+    pub(super) fn own<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> Own<D> {
         let (gradient, displacement_gradient, weight, volume) =
             gradient_at(body, point, self.order);
         let Gradient { shape, .. } = gradient;
@@ -143,70 +144,36 @@ impl Correspondence {
         Own { gradient, deformation, answer, weight, volume }
     }
 
-    /// C of the penalty 1/2 z.C z.
-    fn penalty<const D: usize>(&self, point: usize, own: &Own<D>) -> Tensor<D> {
+    /// C of the penalty 1/2 z.C z, from K^-1 and sum V/sum w V.
+    pub(super) fn penalty<const D: usize>(
+        &self,
+        point: usize,
+        inverse: &Tensor<D>,
+        volume_ratio: f64,
+    ) -> Tensor<D> {
         match self.stabilisation {
-            Stabilisation::Silling if own.weight > 0.0 => {
-                scaled(&identity(), self.penalty.at(point) * own.volume / own.weight)
-            }
+            Stabilisation::Silling => scaled(&identity(), self.penalty.at(point) * volume_ratio),
             Stabilisation::Wan => {
                 let (lambda, mu) = self.laws.at(point).plane(D);
-                let inverse = &own.gradient.shape.inverse;
                 sum(&scaled(&identity(), lambda * trace(inverse)), &scaled(inverse, 2.0 * mu))
             }
-            _ => zero(),
+            Stabilisation::None => zero(),
         }
     }
 
-    fn is_stabilised(&self) -> bool {
-        self.stabilisation != Stabilisation::None
-    }
-
-    /// Whether its forces may be swept in lanes.
-    fn fits_lanes(&self) -> bool {
-        !(self.strong || self.is_stabilised() || self.laws.remember())
-    }
-
-    fn swept<const D: usize, const SIZE: usize, const C: usize>(
+    /// C and H of the penalty.
+    pub(super) fn penalty_of<const D: usize>(
         &self,
-        scene: &Scene<'_>,
-        scratch: &mut [f64],
-        force: &mut [f64],
-        breaking: &mut Option<Breaking<'_>>,
-    ) -> Option<usize> {
-        let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
-        let (records, rest) = in_lanes::table(scratch, count);
-        let (left, _) = in_lanes::table(rest, count);
-        in_lanes::record::<D>(scene, records);
-        let records = &*records;
-        let mut sweep = Sweep::<D, C> { scene, omega, records, force, left };
-        let bad = AtomicUsize::new(usize::MAX);
-        let order = Order { order: self.order, looks_twice: true };
-        let _ = self.kept.sweep::<D, SIZE, C>(
-            order,
-            &mut sweep,
-            breaking,
-            |point, kept, gradient, force, left| {
-                let (span, rank) = (identity(), D);
-                let deformation = Deformation { gradient: *gradient, span, rank };
-                let answer = self.laws.at(point).answer(&deformation);
-                if !answer.energy.is_finite() {
-                    bad.fetch_min(point, Ordering::Relaxed);
-                }
-                let row = |axis| kept.row(axis);
-                *force = leave(&records[point], &answer.stress, row, kept, left);
-            },
-            |scene, point, kept: Point<'_, D, SIZE>, force, left| {
-                let own = self.own(&Body::new(scene, &self.weights), point);
-                if !own.answer.energy.is_finite() {
-                    bad.fetch_min(point, Ordering::Relaxed);
-                }
-                let row = |axis: usize| &own.gradient.rows[axis][..SIZE];
-                *force = leave(&records[point], &own.answer.stress, row, kept, left);
-            },
-        );
-        // The point whose material has failed is to be named, and not one that it pulls on.
-        in_lanes::first(bad).or_else(|| pull(sweep, breaking))
+        body: &Body<'_, D>,
+        point: usize,
+        own: &Own<D>,
+    ) -> [Tensor<D>; 2] {
+        let ratio = if own.weight > 0.0 { own.volume / own.weight } else { 0.0 };
+        [self.penalty(point, &own.gradient.shape.inverse, ratio), seen(body, point, own)]
+    }
+
+    pub(super) fn is_stabilised(&self) -> bool {
+        self.stabilisation != Stabilisation::None
     }
 }
 
@@ -263,6 +230,16 @@ pub(super) fn gradient_at<const D: usize>(
     (gradient, displacement_gradient, weight, volume)
 }
 
+/// The deformation of a point.
+pub(super) fn deformation_at<const D: usize>(
+    body: &Body<'_, D>,
+    point: usize,
+    order: usize,
+) -> Deformation<D> {
+    let (Gradient { shape, .. }, gradient, ..) = gradient_at(body, point, order);
+    Deformation { gradient, span: shape.span, rank: shape.rank }
+}
+
 impl Passes for Correspondence {
     fn weights(&self) -> &Weights {
         &self.weights
@@ -283,9 +260,7 @@ impl Passes for Correspondence {
         _: &[f64],
         ask: &mut dyn FnMut(usize, &Deformation<D>),
     ) {
-        let (gradient, displacement_gradient, ..) = gradient_at(body, point, self.order);
-        let Shape { span, rank, .. } = gradient.shape;
-        ask(point, &Deformation { gradient: displacement_gradient, span, rank });
+        ask(point, &deformation_at(body, point, self.order));
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
@@ -295,11 +270,18 @@ impl Passes for Correspondence {
         Ok(())
     }
 
+    fn gradient_order(&self) -> usize {
+        self.order
+    }
+
     fn room_of_lanes(&self, points: usize, dimension: usize) -> usize {
         if !self.fits_lanes() {
             return 0;
         }
-        let row = 4 * (1 + width(self.order, dimension));
+        let row = match self.is_stabilised() {
+            true => PENALTY_ROW,
+            false => 4 * (1 + width(self.order, dimension)),
+        };
         points * (size_of::<Record>() / size_of::<f64>() + row) + 2 * in_lanes::SLACK
     }
 
@@ -307,19 +289,28 @@ impl Passes for Correspondence {
         self.kept.omega(scene, &self.weights).is_some()
     }
 
-    fn sweep_lanes(
+    fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
         scene: &Scene<'_>,
-        scratch: &mut [f64],
+        room: Room<'_>,
         force: &mut [f64],
         breaking: &mut Option<Breaking<'_>>,
     ) -> Option<usize> {
-        match (scene.dimension, self.order) {
-            (3, 1) => self.swept::<3, 3, 16>(scene, scratch, force, breaking),
-            (3, _) => self.swept::<3, 9, 40>(scene, scratch, force, breaking),
-            (_, 1) => self.swept::<2, 2, 12>(scene, scratch, force, breaking),
-            _ => self.swept::<2, 5, 24>(scene, scratch, force, breaking),
+        if self.is_stabilised() {
+            return self.swept_forces::<D, D, PENALTY_ROW, true>(scene, room, force, breaking);
         }
+        self.swept_forces::<D, SIZE, C, false>(scene, room, force, breaking)
+    }
+
+    fn energy_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        scene: &Scene<'_>,
+        room: Room<'_>,
+        density: &mut [f64],
+        part: EnergyPart,
+        near: Option<&Near<'_>>,
+    ) -> bool {
+        self.swept_energy::<D, SIZE>(scene, room, density, part, near)
     }
 
     /// P rows (with strong divergence: P and rows), and C and H with a penalty.
@@ -351,10 +342,8 @@ impl Passes for Correspondence {
         if self.strong {
             rest.copy_from_slice(own.answer.stress.as_flattened());
         } else if self.is_stabilised() {
-            let penalty = self.penalty(point, &own);
-            let (at, behind) = rest.split_at_mut(D * D);
-            at.copy_from_slice(penalty.as_flattened());
-            behind.copy_from_slice(seen(body, point, &own).as_flattened());
+            let penalty = self.penalty_of(body, point, &own);
+            rest.copy_from_slice(penalty.as_flattened().as_flattened());
         }
         own.answer.energy.is_finite()
     }
@@ -397,8 +386,8 @@ impl Passes for Correspondence {
 
     fn stabilisation_at<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> f64 {
         let own = self.own(body, point);
-        let penalty = self.penalty(point, &own);
-        let (mut energy, gradient) = (0.0, seen(body, point, &own));
+        let [penalty, gradient] = self.penalty_of(body, point, &own);
+        let mut energy = 0.0;
         for link in body.links(point) {
             // eta - F xi = du - H xi
             let seen = applied(&gradient, &link.reference);

@@ -12,6 +12,20 @@ use std::sync::atomic::AtomicUsize;
 /// Numbers beyond those of tables that let the first of them begin a line of the cache.
 pub(super) const SLACK: usize = 7;
 
+/// Calls a method with the sizes of a gradient: of the body's dimension, its monomials, and the numbers of a row that
+/// other ends of bonds read.
+macro_rules! of_size {
+    ($dimension:expr, $passes:ident.$method:ident($($argument:expr),*)) => {
+        match ($dimension, $passes.gradient_order()) {
+            (3, 1) => $passes.$method::<3, 3, 16>($($argument),*),
+            (3, _) => $passes.$method::<3, 9, 40>($($argument),*),
+            (_, 1) => $passes.$method::<2, 2, 12>($($argument),*),
+            _ => $passes.$method::<2, 5, 24>($($argument),*),
+        }
+    };
+}
+pub(super) use of_size;
+
 /// The influence of a scene in which all points share horizon and influence function, no bond counts in part and none
 /// is weakened; `None` of others.
 pub(super) fn omega(scene: &Scene<'_>, weights: &Weights) -> Option<Omega> {

@@ -2,6 +2,7 @@
 //! bonds alone: it is kept here with the bond masks it belongs to, and made anew only where a bond of the family has
 //! changed. So what is kept is right whatever a call does with what it finds, be it a look or a step that fails.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -11,11 +12,11 @@ use super::{Scene, in_lanes};
 use crate::damage::Breaking;
 use crate::error::Result;
 use crate::kernel::family::{Family, Omega, Record, Table};
-use crate::kernel::gradient::{GradientSweep, Kept, Kind, Moments, kept_width};
-use crate::kernel::gradient_pull::GradientPull;
+use crate::kernel::gradient::{BEFORE_ROWS, GradientSweep, Kept, Kind, Moments, kept_width};
+use crate::kernel::gradient_pull::{GradientPull, PenaltyPull};
 use crate::memory;
 use crate::tensor::{Tensor, Vector};
-use crate::workers::{PerPoint, Ragged};
+use crate::workers::{Outputs, PerPoint, PointByPoint, Ragged};
 
 const PURPOSE: &str = "gradients of points";
 
@@ -49,29 +50,34 @@ impl<'a, const D: usize, const SIZE: usize> Point<'a, D, SIZE> {
         self.0[1]
     }
 
+    /// sum V
+    pub(super) fn volume(&self) -> f64 {
+        self.0[2]
+    }
+
     /// Whether the family spans the body.
     pub(super) fn spans(&self) -> bool {
         Kind::of(self.0) != Kind::Odd
     }
 
-    /// A row of the gradient.
-    pub(super) fn row(&self, axis: usize) -> &'a [f64] {
-        &self.0[2 + axis * SIZE..2 + (axis + 1) * SIZE]
+    /// Rows of the gradient.
+    #[inline(always)]
+    pub(super) fn rows(&self) -> &'a [[f64; SIZE]] {
+        self.0[BEFORE_ROWS..BEFORE_ROWS + D * SIZE].as_chunks().0
     }
 
     /// sum w q V
     fn sums(&self) -> &'a [f64] {
-        &self.0[2 + D * SIZE..]
+        &self.0[BEFORE_ROWS + D * SIZE..]
     }
 }
 
-/// A sweep's scene and tables.
-pub(super) struct Sweep<'a, const D: usize, const C: usize> {
+/// What a sweep reads.
+#[derive(Clone, Copy)]
+pub(super) struct Sweep<'a> {
     pub(super) scene: &'a Scene<'a>,
     pub(super) omega: Omega,
     pub(super) records: &'a [Record],
-    pub(super) force: &'a mut [f64],
-    pub(super) left: &'a mut [[f64; C]],
 }
 
 impl KeptRows {
@@ -103,21 +109,22 @@ impl KeptRows {
         memory::bytes(&kept.numbers) + memory::bytes(&kept.masks)
     }
 
-    /// Gives the gradient of the displacement at all points to `finish`, with the force and the row of the table that
-    /// it writes; then calls `odd` with a scene of the bonds that remain where families do not span the body.
-    pub(super) fn sweep<'a, const D: usize, const SIZE: usize, const C: usize>(
+    /// Gives the gradient of the displacement at all points that are wanted and whose families span the body to `finish`,
+    /// with the part of the outputs that is theirs.
+    pub(super) fn sweep<'a, const D: usize, const SIZE: usize, O: Outputs>(
         &'a self,
         order: Order,
-        sweep: &mut Sweep<'_, D, C>,
+        sweep: Sweep<'_>,
         breaking: &mut Option<Breaking<'_>>,
-        finish: impl Fn(usize, Point<'_, D, SIZE>, &Tensor<D>, &mut Vector<D>, &mut [f64; C]) + Sync,
-        odd: impl Fn(&Scene<'_>, usize, Point<'_, D, SIZE>, &mut Vector<D>, &mut [f64; C]) + Sync,
+        outputs: O,
+        wanted: impl Fn(usize) -> bool + Sync,
+        finish: impl Fn(usize, Point<'_, D, SIZE>, &Tensor<D>, O) + Sync,
     ) -> Points<'a> {
         let mut guard = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         let Store { numbers, masks: kept_masks } = &mut *guard;
-        let Sweep { scene, omega, records, force, left } = sweep;
-        let (scene, count, horizon) = (*scene, scene.places.len(), omega.horizon);
-        let (family, each) = (in_lanes::family(scene, records, *omega), kept_width(D, SIZE));
+        let Sweep { scene, omega, .. } = sweep;
+        let (horizon, each) = (omega.horizon, kept_width(D, SIZE));
+        let family = sweep.family();
         let keep = |moments: &Moments, kept: &mut [f64]| {
             keep::<D, SIZE>(order, horizon, moments, kept);
         };
@@ -126,27 +133,25 @@ impl KeptRows {
         let offsets = &scene.families.offsets;
         let kept_masks = Ragged { values: kept_masks, offsets, width: 1 };
         let kept = (PerPoint(&mut numbers[..], each), kept_masks);
-        let outputs = (PerPoint(force, D), PerPoint(left, 1), masks, kept);
         scene.workers.sweep(
-            count,
-            outputs,
-            |range, (force, left, masks, (numbers, kept_masks))| {
+            scene.places.len(),
+            (outputs, masks, kept),
+            |range, (outputs, masks, (numbers, kept_masks))| {
                 let breaking = masks
                     .zip(limits)
                     .map(|(masks, limits)| in_lanes::break_here(scene, range.start, masks, limits));
-                let (forces, _) = force.0.as_chunks_mut::<D>();
-                let first = range.start;
+                let mut outputs = PointByPoint::new(outputs, range.start);
                 let kept = Kept { numbers: numbers.0, masks: kept_masks.values };
                 let finish = |point: usize, kept: &[f64], gradient: &Tensor<D>| {
-                    let place = point - first;
-                    finish(point, Point(kept), gradient, &mut forces[place], &mut left.0[place]);
+                    outputs.give(point, |own| finish(point, Point(kept), gradient, own));
                 };
-                let sweep = GradientSweep::<_, _, D, SIZE> {
+                let sweep = GradientSweep::<_, _, _, D, SIZE> {
                     family,
                     horizon,
                     range,
                     breaking,
                     kept,
+                    wanted: &wanted,
                     keep,
                     finish,
                 };
@@ -155,31 +160,41 @@ impl KeptRows {
                 }
             },
         );
-        if !any_odd.into_inner() {
-            return Points(guard);
-        }
-        let remaining = in_lanes::remaining(scene, breaking);
-        let outputs = (PerPoint(force, D), PerPoint(left, 1));
-        scene.workers.sweep(count, outputs, |range, (force, left)| {
-            let (forces, _) = force.0.as_chunks_mut::<D>();
-            for ((force, left), point) in forces.iter_mut().zip(left.0).zip(range) {
-                let kept = Point(&numbers[point * each..(point + 1) * each]);
-                if !kept.spans() {
-                    odd(&remaining, point, kept, force, left);
-                }
-            }
-        });
-        Points(guard)
+        Points { guard, any_odd: any_odd.into_inner() }
     }
 }
 
 /// What is kept of all points, as long as nobody changes it.
-pub(super) struct Points<'a>(MutexGuard<'a, Store>);
+pub(super) struct Points<'a> {
+    guard: MutexGuard<'a, Store>,
+    any_odd: bool,
+}
 
 impl Points<'_> {
     pub(super) fn at<const D: usize, const SIZE: usize>(&self, point: usize) -> Point<'_, D, SIZE> {
         let each = kept_width(D, SIZE);
-        Point(&self.0.numbers[point * each..(point + 1) * each])
+        Point(&self.guard.numbers[point * each..(point + 1) * each])
+    }
+
+    /// Calls `finish` for the points whose families do not span the body, if the sweep has come upon any.
+    pub(super) fn odd<const D: usize, const SIZE: usize, O: Outputs>(
+        &self,
+        scene: &Scene<'_>,
+        outputs: O,
+        finish: impl Fn(usize, Point<'_, D, SIZE>, O) + Sync,
+    ) {
+        if !self.any_odd {
+            return;
+        }
+        scene.workers.sweep(scene.places.len(), outputs, |range, outputs| {
+            let mut outputs = PointByPoint::new(outputs, range.start);
+            for point in range {
+                let kept = self.at(point);
+                if !kept.spans() {
+                    outputs.give(point, |own| finish(point, kept, own));
+                }
+            }
+        });
     }
 }
 
@@ -197,19 +212,21 @@ fn keep<const D: usize, const SIZE: usize>(
     };
     kept[0] = kind.number();
     kept[1] = if moments.weight > 0.0 { 1.0 / moments.weight } else { 0.0 };
-    for (axis, row) in gradient.rows.iter().enumerate() {
-        kept[2 + axis * SIZE..2 + (axis + 1) * SIZE].copy_from_slice(&row[..SIZE]);
+    kept[2] = moments.volume;
+    let (rows, sums) = kept[BEFORE_ROWS..].split_at_mut(D * SIZE);
+    for (kept, row) in rows.chunks_exact_mut(SIZE).zip(&gradient.rows) {
+        kept.copy_from_slice(&row[..SIZE]);
     }
-    kept[2 + D * SIZE..].copy_from_slice(&moments.sums[..SIZE]);
+    sums.copy_from_slice(&moments.sums[..SIZE]);
 }
 
 /// Leaves for the second sweep what bonds pull that the gradient of a point is taken of: its place and V S times its
 /// rows. Gives what they pull at the point itself.
 #[inline(always)]
-pub(super) fn leave<'a, const D: usize, const SIZE: usize, const C: usize>(
+pub(super) fn leave<const D: usize, const SIZE: usize, const C: usize>(
     record: &Record,
     stress: &Tensor<D>,
-    row: impl Fn(usize) -> &'a [f64],
+    rows: &[[f64; SIZE]],
     kept: Point<'_, D, SIZE>,
     left: &mut [f64; C],
 ) -> Vector<D> {
@@ -218,7 +235,7 @@ pub(super) fn leave<'a, const D: usize, const SIZE: usize, const C: usize>(
     let (mut own, sums) = ([0.0; D], kept.sums());
     for axis in 0..D {
         for column in 0..SIZE {
-            let pull = (0..D).map(|inner| stress[axis][inner] * row(inner)[column]).sum::<f64>();
+            let pull = (0..D).map(|inner| stress[axis][inner] * rows[inner][column]).sum::<f64>();
             own[axis] += pull * sums[column];
             left[4 + 4 * column + axis] = record[3] * pull;
         }
@@ -226,22 +243,72 @@ pub(super) fn leave<'a, const D: usize, const SIZE: usize, const C: usize>(
     own
 }
 
-/// Adds what the other ends of bonds pull, from what points have left. Gives the first point whose force is not
-/// finite.
-pub(super) fn pull<const D: usize, const C: usize>(
-    sweep: Sweep<'_, D, C>,
-    breaking: &Option<Breaking<'_>>,
-) -> Option<usize> {
-    let Sweep { scene, omega, records, force, left } = sweep;
-    let scene = &in_lanes::remaining(scene, breaking);
-    let family = Family::new(scene.families, records, scene.bonds.intact, omega);
-    let (table, horizon) = (Table::new(&family, left), omega.horizon);
-    let bad = AtomicUsize::new(usize::MAX);
-    scene.workers.sweep(scene.places.len(), PerPoint(force, D), |range, force| {
-        let pull = GradientPull::<D, C> { family, table, horizon, range, force: force.0 };
-        if let Some(point) = scene.simd.run(pull) {
-            bad.fetch_min(point, Ordering::Relaxed);
+/// The same with the tensor that multiplies xi, P K^-1 - C H, and C, that of du.
+#[inline(always)]
+pub(super) fn leave_penalty<const D: usize, const SIZE: usize, const C: usize>(
+    record: &Record,
+    operator: &Tensor<D>,
+    penalty: &Tensor<D>,
+    kept: Point<'_, D, SIZE>,
+    left: &mut [f64; C],
+) -> Vector<D> {
+    *left = [0.0; C];
+    left[..8].copy_from_slice(record);
+    let (mut own, sums) = ([0.0; D], kept.sums());
+    for axis in 0..D {
+        for column in 0..D {
+            own[axis] += operator[axis][column] * sums[column];
+            left[8 + 4 * column + axis] = operator[axis][column];
+            left[8 + 4 * (D + column) + axis] = penalty[axis][column];
         }
-    });
-    in_lanes::first(bad)
+    }
+    own
+}
+
+/// Adds what the other ends of bonds pull, from what points have left; `sweep`: of the bonds that remain. Gives the
+/// first point whose force is not finite.
+pub(super) fn pull<const D: usize, const C: usize>(
+    sweep: Sweep<'_>,
+    left: &[[f64; C]],
+    force: &mut [f64],
+) -> Option<usize> {
+    let (family, horizon) = (sweep.family(), sweep.omega.horizon);
+    let table = Table::new(&family, left);
+    sweep.gather::<D>(force, |range, force| {
+        sweep.scene.simd.run(GradientPull::<D, C> { family, table, horizon, range, force })
+    })
+}
+
+/// The same, and what both ends pull by the penalty.
+pub(super) fn pull_with_penalty<const D: usize, const C: usize>(
+    sweep: Sweep<'_>,
+    left: &[[f64; C]],
+    force: &mut [f64],
+) -> Option<usize> {
+    let family = sweep.family();
+    let table = Table::new(&family, left);
+    sweep.gather::<D>(force, |range, force| {
+        sweep.scene.simd.run(PenaltyPull::<D, C> { family, table, range, force })
+    })
+}
+
+impl<'a> Sweep<'a> {
+    pub(super) fn family(&self) -> Family<'a> {
+        in_lanes::family(self.scene, self.records, self.omega)
+    }
+
+    /// Gives the first point that a part of a sweep over forces has found.
+    fn gather<const D: usize>(
+        &self,
+        force: &mut [f64],
+        part: impl Fn(Range<usize>, &mut [f64]) -> Option<usize> + Sync,
+    ) -> Option<usize> {
+        let bad = AtomicUsize::new(usize::MAX);
+        self.scene.workers.sweep(self.scene.places.len(), PerPoint(force, D), |range, force| {
+            if let Some(point) = part(range, force.0) {
+                bad.fetch_min(point, Ordering::Relaxed);
+            }
+        });
+        in_lanes::first(bad)
+    }
 }

@@ -66,6 +66,11 @@ impl Laws {
         self.remember
     }
 
+    /// Numbers of a record.
+    pub(super) fn width(&self) -> usize {
+        self.width
+    }
+
     /// Numbers of records of a body.
     pub(super) fn records(&self, points: usize, blocks: usize) -> usize {
         match (self.remember, self.sites) {
@@ -84,12 +89,16 @@ impl Laws {
         site: usize,
         deformation: &Deformation<D>,
     ) -> Answer<D> {
-        let law = self.at(point);
         match body.scene.asked {
-            Some(asked) if law.has_memory() => Record::at(asked.records, self.width, site)
+            Some(asked) => Record::at(asked.records, self.width, site)
                 .answer(&deformation.span, asked.dissipated),
-            _ => law.answer(deformation),
+            None => self.at(point).answer(deformation),
         }
+    }
+
+    /// What the law of a point whose family spans the body has answered, of laws that have been asked.
+    pub(super) fn asked<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> Answer<D> {
+        self.answer(body, point, point, &Deformation::whole(&zero()))
     }
 
     /// What the law has across a deformation at a site.
@@ -137,8 +146,20 @@ impl Laws {
         Kinematics::new(deformation, &answer.stress, across).with_plastic(plastic)
     }
 
-    /// Asks all laws with memory, those near broken bonds if `near` says so: records of all sites, from the
-    /// committed ones.
+    /// Makes the record of a site from the committed one.
+    pub(super) fn remember_at<const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        (point, site): (usize, usize),
+        deformation: &Deformation<D>,
+        new: &mut [f64],
+    ) {
+        let old = &scene.bonds.records[site * self.width..(site + 1) * self.width];
+        new.copy_from_slice(old);
+        self.at(point).remember(deformation, old, new, scene.flows);
+    }
+
+    /// Asks all laws, those near broken bonds if `near` says so: records of all sites, from the committed ones.
     pub(super) fn ask<const D: usize>(
         &self,
         body: &Body<'_, D>,
@@ -152,13 +173,12 @@ impl Laws {
         let point_at = |point: usize, first: usize, new: &mut [f64]| {
             let old = &scene.bonds.records[first..first + new.len()];
             new.copy_from_slice(old);
-            if near.is_some_and(|near| !near.wants_pass(point)) || !self.at(point).has_memory() {
+            if near.is_some_and(|near| !near.wants_pass(point)) {
                 return;
             }
             passes.each_site(body, point, left, &mut |site, deformation| {
                 let own = site * width - first..(site + 1) * width - first;
-                let old = &scene.bonds.records[site * width..(site + 1) * width];
-                self.at(point).remember(deformation, old, &mut new[own], scene.flows);
+                self.remember_at(scene, (point, site), deformation, &mut new[own]);
             });
         };
         match self.sites {
@@ -180,13 +200,14 @@ impl Laws {
                 });
             }
         }
-        if self.host.any(Option::is_some) {
-            self.ask_host(scene, records);
-        }
+        self.ask_host(scene, records);
     }
 
     /// Asks the host's laws what waits for them, law after law, on this thread.
-    fn ask_host(&self, scene: &Scene<'_>, records: &mut [f64]) {
+    pub(super) fn ask_host(&self, scene: &Scene<'_>, records: &mut [f64]) {
+        if !self.host.any(Option::is_some) {
+            return;
+        }
         // A panic of a host's function has left nothing that is not made anew.
         let mut room = self.room.lock().unwrap_or_else(PoisonError::into_inner);
         for law in self.host.iter().flatten() {

@@ -9,6 +9,7 @@ mod bond_laws;
 mod breaking;
 mod constants;
 mod correspondence;
+mod correspondence_lanes;
 mod gradient;
 mod in_lanes;
 mod kept_rows;

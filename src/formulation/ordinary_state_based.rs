@@ -10,7 +10,7 @@ use super::bond_laws::{Limits, close_to};
 use super::constants;
 use super::correspondence::add;
 use super::on_lattice::{LatticeState, OnLattice, Parts};
-use super::passes::Passes;
+use super::passes::{Passes, Room};
 use super::state_based::StateBased;
 use super::{
     Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes, ordinary_plastic,
@@ -132,7 +132,7 @@ impl Lps {
     fn swept<const D: usize>(
         &self,
         scene: &Scene<'_>,
-        scratch: &mut [f64],
+        room: Room<'_>,
         force: &mut [f64],
         breaking: &mut Option<Breaking<'_>>,
     ) -> Option<usize> {
@@ -144,7 +144,7 @@ impl Lps {
             let on = OnLattice { lattice, state, threshold, limits };
             return self.swept_on_lattice::<D>(scene, omega, &on, force, breaking);
         }
-        let (records, rest) = in_lanes::table(scratch, count);
+        let (records, rest) = in_lanes::table(room.tables, count);
         let (left, _) = in_lanes::table(rest, count);
         in_lanes::record::<D>(scene, records);
         let family = in_lanes::family(scene, records, omega);
@@ -244,17 +244,14 @@ impl Passes for Lps {
         in_lanes::omega(scene, &self.weights).is_some()
     }
 
-    fn sweep_lanes(
+    fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
         scene: &Scene<'_>,
-        scratch: &mut [f64],
+        room: Room<'_>,
         force: &mut [f64],
         breaking: &mut Option<Breaking<'_>>,
     ) -> Option<usize> {
-        match scene.dimension {
-            3 => self.swept::<3>(scene, scratch, force, breaking),
-            _ => self.swept::<2>(scene, scratch, force, breaking),
-        }
+        self.swept::<D>(scene, room, force, breaking)
     }
 
     /// 1/m (0 without a family) and theta.

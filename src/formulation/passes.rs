@@ -1,14 +1,20 @@
 //! What a state-based formulation says of itself: its passes over the families, and what it keeps.
 
-use super::Kinematics;
-use super::Scene;
 use super::body::{Body, Weights};
 use super::breaking::Near;
 use super::laws::Laws;
+use super::{EnergyPart, Kinematics, Scene};
 use crate::damage::Breaking;
 use crate::error::Result;
 use crate::material::Deformation;
 use crate::tensor::Vector;
+
+/// What sweeps in lanes write aside.
+pub(super) struct Room<'a> {
+    /// Records of the laws.
+    pub(super) records: &'a mut [f64],
+    pub(super) tables: &'a mut [f64],
+}
 
 /// The passes of a formulation.
 pub(super) trait Passes: Sized + Send + Sync {
@@ -71,7 +77,7 @@ pub(super) trait Passes: Sized + Send + Sync {
         Ok(())
     }
 
-    /// Numbers that its sweeps in lanes write aside; 0 where it has none.
+    /// Numbers of the tables that its sweeps in lanes write aside; 0 where it has none.
     fn room_of_lanes(&self, _points: usize, _dimension: usize) -> usize {
         0
     }
@@ -81,16 +87,34 @@ pub(super) trait Passes: Sized + Send + Sync {
         false
     }
 
-    /// All forces of such a scene. With `breaking`, bonds that the rule condemns break in its masks first; what that
-    /// dissipates is not its concern. Gives the first point whose force is not finite.
-    fn sweep_lanes(
+    /// Order of the gradients of its sweeps in lanes.
+    fn gradient_order(&self) -> usize {
+        1
+    }
+
+    /// All forces of such a scene, and the records of its laws. With `breaking`, bonds that the rule condemns break in its
+    /// masks first; what that dissipates is not its concern. Gives the first point whose force is not finite.
+    fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
         _scene: &Scene<'_>,
-        _scratch: &mut [f64],
+        _room: Room<'_>,
         _force: &mut [f64],
         _breaking: &mut Option<Breaking<'_>>,
     ) -> Option<usize> {
         None
+    }
+
+    /// A part of the energy per volume of the points of such a scene, near broken bonds only if `near` says so; the others
+    /// have 0. False, and nothing done, where it is not swept in lanes.
+    fn energy_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        _scene: &Scene<'_>,
+        _room: Room<'_>,
+        _density: &mut [f64],
+        _part: EnergyPart,
+        _near: Option<&Near<'_>>,
+    ) -> bool {
+        false
     }
 
     /// Numbers a point that the first pass leaves for the second.

@@ -7,8 +7,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::{Body, Weights};
 use super::breaking::Near;
+use super::in_lanes::{self, of_size};
 use super::laws::Laws;
-use super::passes::Passes;
+use super::passes::{Passes, Room};
 use super::{Asked, EnergyPart, Formulation, Materials, Read, Scene, breaking, constants, surface};
 use crate::damage::{BreakRule, Breaking};
 use crate::error::Result;
@@ -102,6 +103,19 @@ impl<P: Passes> StateBased<P> {
         gather(scene, bad, force, |point| passes.force_from_lanes(body, point, lanes))
     }
 
+    fn forces_in_lanes(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        force: &mut [f64],
+        breaking: &mut Option<Breaking<'_>>,
+    ) -> Option<usize> {
+        let (passes, (records, tables)) =
+            (&self.passes, scratch.split_at_mut(self.records_of(scene)));
+        let room = Room { records, tables };
+        of_size!(scene.dimension, passes.forces_in_lanes(scene, room, force, breaking))
+    }
+
     /// Whether there is such an energy at all.
     fn has(&self, part: EnergyPart, scene: &Scene<'_>) -> bool {
         match part {
@@ -165,6 +179,13 @@ impl<P: Passes> StateBased<P> {
         near: Option<&Near<'_>>,
     ) {
         let (records, scratch) = scratch.split_at_mut(self.records_of(scene));
+        let passes = &self.passes;
+        let room = Room { records: &mut *records, tables: &mut *scratch };
+        if passes.runs_in_lanes(scene)
+            && of_size!(D, passes.energy_in_lanes(scene, room, density, part, near))
+        {
+            return;
+        }
         let body = Body::<D>::new(scene, self.passes.weights());
         let left = &mut scratch[..scene.places.len() * self.passes.width(D)];
         if part != EnergyPart::Stabilization && self.passes.energy_needs_pass() {
@@ -312,8 +333,8 @@ impl<P: Passes> Formulation for StateBased<P> {
         let lanes = blocks * LANES * self.passes.lane_width(dimension);
         let room = if breaks { breaking::room(points, dimension) } else { 0 };
         let records = self.records(points, blocks);
-        let passes = records + points * passes * self.passes.width(dimension) + lanes;
-        passes.max(self.passes.room_of_lanes(points, dimension)) + room
+        let passes = points * passes * self.passes.width(dimension) + lanes;
+        records + passes.max(self.passes.room_of_lanes(points, dimension)) + room
     }
 
     fn was_stopped(&self) -> bool {
@@ -331,10 +352,10 @@ impl<P: Passes> Formulation for StateBased<P> {
         force: &mut [f64],
         breaking: Option<Breaking<'_>>,
     ) -> Option<usize> {
-        let mut bonds = scene.bonds;
         let mut breaking = breaking;
-        if self.passes.runs_in_lanes(scene) {
-            let bad = self.passes.sweep_lanes(scene, scratch, force, &mut breaking);
+        let (records, in_lanes) = (self.records_of(scene), self.passes.runs_in_lanes(scene));
+        if in_lanes && records == 0 {
+            let bad = self.forces_in_lanes(scene, scratch, force, &mut breaking);
             if let Some(breaking) = &mut breaking
                 && breaking.intact != scene.bonds.intact
             {
@@ -342,16 +363,15 @@ impl<P: Passes> Formulation for StateBased<P> {
             }
             return bad;
         }
+        // To book asks laws with memory: they are asked once more for the forces.
         if let Some(breaking) = &mut breaking {
             self.break_bonds(scene, scratch, breaking);
         }
-        if let Some(breaking) = &breaking {
-            bonds.intact = &*breaking.intact;
-        }
-        let scene = Scene { bonds, ..*scene };
+        let scene = &in_lanes::remaining(scene, &breaking);
         match scene.dimension {
-            3 => self.passes::<3>(&scene, scratch, force),
-            _ => self.passes::<2>(&scene, scratch, force),
+            _ if in_lanes => self.forces_in_lanes(scene, scratch, force, &mut None),
+            3 => self.passes::<3>(scene, scratch, force),
+            _ => self.passes::<2>(scene, scratch, force),
         }
     }
 

@@ -13,11 +13,12 @@ use super::simd::{Kernel, Lanes, Simd};
 /// Most monomials.
 const MOST: usize = 9;
 
-/// sum w q q^T V, sum w q V and sum w V of a point.
+/// sum w q q^T V, sum w q V, sum w V and sum V of a point.
 pub(crate) struct Moments {
     pub(crate) products: [[f64; MOST]; MOST],
     pub(crate) sums: [f64; MOST],
     pub(crate) weight: f64,
+    pub(crate) volume: f64,
 }
 
 /// How the gradient of a point is made.
@@ -31,9 +32,12 @@ pub(crate) enum Kind {
     Odd,
 }
 
-/// What is kept of a point: kind, 1/sum w V, rows and sum w q V.
+/// Numbers that are kept of a point before the rows: kind, 1/sum w V and sum V.
+pub(crate) const BEFORE_ROWS: usize = 3;
+
+/// What is kept of a point: these, the rows and sum w q V.
 pub(crate) const fn kept_width(dimension: usize, size: usize) -> usize {
-    2 + size * (dimension + 1)
+    BEFORE_ROWS + size * (dimension + 1)
 }
 
 impl Kind {
@@ -62,13 +66,14 @@ pub(crate) struct Kept<'a> {
     pub(crate) masks: &'a mut [u8],
 }
 
-/// Gradients of the points of a range, given to `finish`; what is kept of points is made by `keep`.
-pub(crate) struct GradientSweep<'a, K, F, const D: usize, const SIZE: usize> {
+/// Gradients of the points of a range that are wanted, given to `finish`; what is kept of points is made by `keep`.
+pub(crate) struct GradientSweep<'a, W, K, F, const D: usize, const SIZE: usize> {
     pub(crate) family: Family<'a>,
     pub(crate) horizon: f64,
     pub(crate) range: Range<usize>,
     pub(crate) breaking: Option<BreakHere<'a>>,
     pub(crate) kept: Kept<'a>,
+    pub(crate) wanted: W,
     pub(crate) keep: K,
     pub(crate) finish: F,
 }
@@ -101,21 +106,25 @@ fn monomials<S: Simd, const D: usize, const SIZE: usize>(
     terms
 }
 
-impl<K, F, const D: usize, const SIZE: usize> Kernel for GradientSweep<'_, K, F, D, SIZE>
+impl<W, K, F, const D: usize, const SIZE: usize> Kernel for GradientSweep<'_, W, K, F, D, SIZE>
 where
+    W: Fn(usize) -> bool,
     K: Fn(&Moments, &mut [f64]),
     F: FnMut(usize, &[f64], &[[f64; D]; D]),
 {
-    /// Whether there are odd points, which `finish` has not seen.
+    /// Whether there are odd points among them, which `finish` has not seen.
     type Output = bool;
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> bool {
-        let Self { family, horizon, range, mut breaking, kept, keep, mut finish } = self;
+        let Self { family, horizon, range, mut breaking, kept, wanted, keep, mut finish } = self;
         let sums = Sums { simd, family, horizon };
         let (width, start) = (kept_width(D, SIZE), family.slots(range.start).0 / 8);
         let mut odd = false;
         for (kept_here, point) in kept.numbers.chunks_exact_mut(width).zip(range) {
+            if !wanted(point) {
+                continue;
+            }
             let moved = sums.moved::<D, SIZE>(point, &mut breaking);
             let (first, end) = family.slots(point);
             let blocks = first / 8 - start..end / 8 - start;
@@ -157,7 +166,7 @@ fn times_rows<const D: usize, const SIZE: usize>(
     moved: &[[f64; SIZE]; D],
     kept: &[f64],
 ) -> [[f64; D]; D] {
-    let rows = &kept[2..2 + D * SIZE];
+    let rows = &kept[BEFORE_ROWS..BEFORE_ROWS + D * SIZE];
     let mut gradient = [[0.0; D]; D];
     for row in 0..D {
         for column in 0..D {
@@ -237,13 +246,7 @@ impl<S: Simd> Sums<'_, S> {
         for slot in (start..end).step_by(S::WIDTH) {
             let bonds = family.bonds::<S, D>(simd, &own, slot);
             let bits = masks[(slot - start) / 8] >> (slot % 8);
-            let mut rest = bonds.moved;
-            for row in 0..D {
-                for axis in 0..D {
-                    let slope = simd.splat(gradient[row][axis]);
-                    rest[row] = slope.mul_sub_from(bonds.reference[axis], rest[row]);
-                }
-            }
+            let rest = unseen_of(simd, &bonds, gradient);
             self.add(&mut sum, slot, bits, &bonds, &rest);
         }
         totals(&sum)
@@ -254,14 +257,17 @@ impl<S: Simd> Sums<'_, S> {
         let Self { simd, family, horizon } = *self;
         let own = family.own(simd, point);
         let zero = simd.splat(0.0);
-        let (mut products, mut sums, mut weights) = ([[zero; SIZE]; SIZE], [zero; SIZE], zero);
+        let (mut products, mut sums) = ([[zero; SIZE]; SIZE], [zero; SIZE]);
+        let (mut weights, mut volumes) = (zero, zero);
         let (start, end) = family.slots(point);
         for slot in (start..end).step_by(S::WIDTH) {
             let bonds = family.bonds::<S, D>(simd, &own, slot);
             let bits = masks[(slot - start) / 8] >> (slot % 8);
-            let weight = family.weighted(simd, slot, bonds.volume).only(simd.mask(bits));
+            let mask = simd.mask(bits);
+            let weight = family.weighted(simd, slot, bonds.volume).only(mask);
             let q = monomials::<S, D, SIZE>(simd, &bonds.reference, horizon);
             weights = weights + weight;
+            volumes = volumes + bonds.volume.only(mask);
             for row in 0..SIZE {
                 let weighted = weight * q[row];
                 sums[row] = sums[row] + weighted;
@@ -270,8 +276,12 @@ impl<S: Simd> Sums<'_, S> {
                 }
             }
         }
-        let mut moments =
-            Moments { products: [[0.0; MOST]; MOST], sums: [0.0; MOST], weight: weights.total() };
+        let mut moments = Moments {
+            products: [[0.0; MOST]; MOST],
+            sums: [0.0; MOST],
+            weight: weights.total(),
+            volume: volumes.total(),
+        };
         for row in 0..SIZE {
             moments.sums[row] = sums[row].total();
             for column in 0..=row {
@@ -282,6 +292,63 @@ impl<S: Simd> Sums<'_, S> {
         }
         moments
     }
+}
+
+/// Gives sum w z z^T V to `finish` for the points of a range, with z = du - H xi what a gradient H does not see of bonds.
+pub(crate) struct UnseenSweep<'a, H, F, const D: usize> {
+    pub(crate) family: Family<'a>,
+    pub(crate) range: Range<usize>,
+    pub(crate) gradient: H,
+    pub(crate) finish: F,
+}
+
+impl<H, F, const D: usize> Kernel for UnseenSweep<'_, H, F, D>
+where
+    H: Fn(usize) -> Option<[[f64; D]; D]>,
+    F: FnMut(usize, &[[f64; D]; D]),
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { family, range, gradient, mut finish } = self;
+        for point in range {
+            let Some(gradient) = gradient(point) else { continue };
+            let own = family.own(simd, point);
+            let mut sum = [[simd.splat(0.0); D]; D];
+            let (start, end) = family.slots(point);
+            for slot in (start..end).step_by(S::WIDTH) {
+                let bonds = family.bonds::<S, D>(simd, &own, slot);
+                let mask = simd.mask(family.bits(slot));
+                let weight = family.weighted(simd, slot, bonds.volume).only(mask);
+                let rest = unseen_of(simd, &bonds, &gradient);
+                for row in 0..D {
+                    let weighted = weight * rest[row];
+                    for column in 0..D {
+                        sum[row][column] = weighted.mul_add(rest[column], sum[row][column]);
+                    }
+                }
+            }
+            finish(point, &totals(&sum));
+        }
+    }
+}
+
+/// du - H xi
+#[inline(always)]
+fn unseen_of<S: Simd, const D: usize>(
+    simd: S,
+    bonds: &Bonds<S::Lanes, D>,
+    gradient: &[[f64; D]; D],
+) -> [S::Lanes; D] {
+    let mut rest = bonds.moved;
+    for row in 0..D {
+        for axis in 0..D {
+            let slope = simd.splat(gradient[row][axis]);
+            rest[row] = slope.mul_sub_from(bonds.reference[axis], rest[row]);
+        }
+    }
+    rest
 }
 
 #[inline(always)]

@@ -3,6 +3,8 @@
 //!
 //! Here rows are not turned into columns: a bond is a few products of a column of its tensor with a number.
 
+#![allow(clippy::needless_range_loop)] // an axis goes through several arrays
+
 use std::ops::Range;
 
 use super::family::{Family, Table};
@@ -34,40 +36,118 @@ impl<const D: usize, const C: usize> Kernel for GradientPull<'_, D, C> {
         for (force, point) in forces.iter_mut().zip(range) {
             let place = simd.quad(quad_at(table.row(point), 0));
             let mut sums = [simd.quad_of(0.0); APART];
-            let (start, end) = family.slots(point);
-            let mut weights = [1.0; 8];
-            for slot in (start..end).step_by(8) {
-                let bits = family.bits(slot);
-                if weighs {
-                    for lane in (0..8).step_by(S::WIDTH) {
-                        family.weights(simd, slot + lane).store(&mut weights[lane..]);
-                    }
-                }
-                let names = family.block(slot);
-                for lane in 0..8 {
-                    if bits >> lane & 1 == 0 {
-                        continue;
-                    }
-                    // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
-                    let row = unsafe { table.row_of(names[lane]) };
-                    let pull = pull::<S, D, C>(simd, row, place, scale);
-                    let sum = &mut sums[lane % APART];
-                    *sum = if weighs {
-                        pull.fused(simd.quad_of(weights[lane]), *sum)
-                    } else {
-                        *sum + pull
-                    };
-                }
-            }
+            each_bond(simd, &family, point, |lane, name, weight| {
+                // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
+                let row = unsafe { table.row_of(name) };
+                let pull = pull::<S, D, C>(simd, row, place, scale);
+                let sum = &mut sums[lane % APART];
+                *sum = if weighs { pull.fused(simd.quad_of(weight), *sum) } else { *sum + pull };
+            });
             let sum = ((sums[0] + sums[1]) + (sums[2] + sums[3])).numbers();
             for axis in 0..D {
                 force[axis] += sum[axis];
             }
-            if bad.is_none() && !force.iter().all(|component| component.is_finite()) {
-                bad = Some(point);
-            }
+            note(&mut bad, point, force);
         }
         bad
+    }
+}
+
+/// The same with a penalty: sum w V_j (T_j xi + C_j du) over the other ends j, and C_i sum w V_j du. Rows of the table
+/// have place and volume, displacement, and the columns of T and C, in four numbers each.
+pub(crate) struct PenaltyPull<'a, const D: usize, const C: usize> {
+    pub(crate) family: Family<'a>,
+    pub(crate) table: Table<'a, C>,
+    pub(crate) range: Range<usize>,
+    pub(crate) force: &'a mut [f64],
+}
+
+impl<const D: usize, const C: usize> Kernel for PenaltyPull<'_, D, C> {
+    type Output = Option<usize>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Option<usize> {
+        let Self { family, table, range, force } = self;
+        let (forces, _) = force.as_chunks_mut::<D>();
+        let weighs = family.is_weighted();
+        let mut bad = None;
+        for (force, point) in forces.iter_mut().zip(range) {
+            let own = table.row(point);
+            let (place, shift) = (quad_at(own, 0), quad_at(own, 1));
+            // The volume of the other end stays.
+            let place = simd.quad(&[place[0], place[1], place[2], 0.0]);
+            let shift = simd.quad(shift);
+            let mut sums = [simd.quad_of(0.0); APART];
+            let mut moves = [simd.quad_of(0.0); APART];
+            each_bond(simd, &family, point, |lane, name, weight| {
+                // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
+                let row = unsafe { table.row_of(name) };
+                let column = |number: usize| simd.quad(quad_at(row, number));
+                let reference = column(0) - place;
+                let moved = column(1) - shift;
+                let mut pull = column(2) * reference.component::<0>();
+                pull = column(2 + D).fused(moved.component::<0>(), pull);
+                pull = column(3).fused(reference.component::<1>(), pull);
+                pull = column(3 + D).fused(moved.component::<1>(), pull);
+                if D == 3 {
+                    pull = column(4).fused(reference.component::<2>(), pull);
+                    pull = column(4 + D).fused(moved.component::<2>(), pull);
+                }
+                let mut factor = reference.component::<3>();
+                if weighs {
+                    factor = factor * simd.quad_of(weight);
+                }
+                sums[lane % APART] = pull.fused(factor, sums[lane % APART]);
+                moves[lane % APART] = moved.fused(factor, moves[lane % APART]);
+            });
+            let moved = ((moves[0] + moves[1]) + (moves[2] + moves[3])).numbers();
+            let mut sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+            for axis in 0..D {
+                let column = simd.quad(quad_at(own, 2 + D + axis));
+                sum = column.fused(simd.quad_of(moved[axis]), sum);
+            }
+            let sum = sum.numbers();
+            for axis in 0..D {
+                force[axis] += sum[axis];
+            }
+            note(&mut bad, point, force);
+        }
+        bad
+    }
+}
+
+/// Calls `take` with lane, other end and weight of the bonds of a point; the weight is 1 unless the family weighs them.
+#[inline(always)]
+fn each_bond<S: Simd>(
+    simd: S,
+    family: &Family<'_>,
+    point: usize,
+    mut take: impl FnMut(usize, u32, f64),
+) {
+    let weighs = family.is_weighted();
+    let (start, end) = family.slots(point);
+    let mut weights = [1.0; 8];
+    for slot in (start..end).step_by(8) {
+        let bits = family.bits(slot);
+        if weighs {
+            for lane in (0..8).step_by(S::WIDTH) {
+                family.weights(simd, slot + lane).store(&mut weights[lane..]);
+            }
+        }
+        let names = family.block(slot);
+        for lane in 0..8 {
+            if bits >> lane & 1 != 0 {
+                take(lane, names[lane], weights[lane]);
+            }
+        }
+    }
+}
+
+/// Notes the first point whose force is not finite.
+#[inline(always)]
+fn note<const D: usize>(bad: &mut Option<usize>, point: usize, force: &[f64; D]) {
+    if bad.is_none() && !force.iter().all(|component| component.is_finite()) {
+        *bad = Some(point);
     }
 }
 

@@ -63,7 +63,7 @@ where
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
                 let xi = bonds.reference;
                 let mut columns = [zero; C];
-                for first in (0..C).step_by(4) {
+                for first in (0..=odd_place(D)).step_by(4) {
                     // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
                     let four = unsafe { table.columns(simd, first, family.names::<S>(slot)) };
                     columns[first..first + 4].copy_from_slice(&four);

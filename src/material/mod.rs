@@ -170,6 +170,12 @@ impl Law {
 }
 
 impl<const D: usize> Deformation<D> {
+    /// Of a family that spans the body.
+    #[inline(always)]
+    pub(crate) fn whole(gradient: &Tensor<D>) -> Self {
+        Self { gradient: *gradient, span: crate::tensor::identity(), rank: D }
+    }
+
     /// The deformation gradient, 0 in the directions that the family does not span.
     pub(crate) fn full(&self) -> Tensor<D> {
         crate::tensor::sum(&self.span, &self.gradient)

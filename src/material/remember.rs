@@ -68,7 +68,14 @@ impl Law {
             new[PENDING] = 1.0;
             return;
         }
-        let Kind::Hypoelastic(plastic) = self.kind else { return };
+        let Kind::Hypoelastic(plastic) = self.kind else {
+            // It remembers nothing.
+            let Answer { energy, stress } = self.answer(deformation);
+            let stress: Tensor<3> = resized(&stress);
+            new[..9].copy_from_slice(stress.as_flattened());
+            (new[ENERGY], new[DISSIPATED]) = (energy, 0.0);
+            return;
+        };
         let plastic = plastic.filter(|_| flows);
         let before = Memory::read(&old[MEMORY..]);
         let turned = turned(deformation);

@@ -148,6 +148,28 @@ impl<T: Send> Outputs for PerPoint<'_, T> {
     }
 }
 
+/// Outputs of points that come one after the other; some may be left out.
+pub(crate) struct PointByPoint<O> {
+    rest: Option<O>,
+    next: usize,
+}
+
+impl<O: Outputs> PointByPoint<O> {
+    pub(crate) fn new(outputs: O, first: usize) -> Self {
+        Self { rest: Some(outputs), next: first }
+    }
+
+    /// Hands over what belongs to a point.
+    #[inline(always)]
+    pub(crate) fn give(&mut self, point: usize, take: impl FnOnce(O)) {
+        if let Some(rest) = self.rest.take() {
+            let (own, rest) = rest.split(self.next, point).1.split(point, point + 1);
+            (self.rest, self.next) = (Some(rest), point + 1);
+            take(own);
+        }
+    }
+}
+
 /// One value a block of points.
 pub(crate) struct PerBlock<'a, T>(pub(crate) &'a mut [T]);
 

@@ -1,7 +1,9 @@
 //! Sweeps in lanes, on every level of instructions that the machine has, against the loops over single bonds that bodies
 //! with an integrity of their own bonds are computed by.
 
-use perion::{Field, Quantity, SimdLevel, Simulation};
+use std::ops::ControlFlow;
+
+use perion::{Field, MaterialBatch, Model, Quantity, SimdLevel, Simulation};
 
 use super::{Body, Form, INFLUENCES, apart, forms, largest};
 use crate::scene::{Horizons, Recipe, bonds, state_bits};
@@ -88,6 +90,131 @@ fn every_level_gives_the_forces_of_single_bonds() {
                         assert!(error < 1e-12, "{form:?} {level:?} {share}: {error}");
                     }
                 }
+            }
+        }
+    }
+}
+
+/// What a body of one level shows beside the loops over single bonds, each over its largest.
+fn worst_on_every_level(name: &str, shown: impl Fn(Option<SimdLevel>) -> Vec<Vec<f64>>) -> f64 {
+    let expected = shown(None);
+    let mut worst: f64 = 0.0;
+    for level in levels() {
+        for (number, (found, expected)) in shown(Some(level)).iter().zip(&expected).enumerate() {
+            let error = apart(found, expected) / largest(expected).max(f64::MIN_POSITIVE);
+            assert!(error.is_finite(), "{name} {level:?} {number}: {error}");
+            worst = worst.max(error);
+        }
+    }
+    worst
+}
+
+#[test]
+fn every_level_gives_the_energies_of_single_bonds() {
+    for body in even_bodies() {
+        let moved = body.shaken();
+        for form in forms(body.scene.dimension) {
+            for share in [0.0, 0.3] {
+                let name = format!("{form:?} {share}");
+                let worst = worst_on_every_level(&name, |level| {
+                    let mut simulation = body.simulation(form);
+                    if let Some(level) = level {
+                        simulation.set_simd(level).unwrap();
+                    }
+                    cut(&body, &mut simulation, share);
+                    if level.is_none() {
+                        grade(&mut simulation);
+                    }
+                    simulation.set(Field::Displacement, &moved).unwrap();
+                    [Field::StrainEnergyDensity, Field::StabilizationEnergyDensity]
+                        .map(|field| simulation.get(field).unwrap())
+                        .into()
+                });
+                assert!(worst < 1e-12, "{name}: {worst}");
+            }
+        }
+    }
+}
+
+/// A law of the host's that softens by the largest stretch of an edge that a place has had.
+fn soften(batch: &mut MaterialBatch<'_>) -> ControlFlow<()> {
+    let MaterialBatch { count, now, state_before, state, stress, energy, .. } = batch;
+    let square = now.len() / *count;
+    let size = if square == 9 { 3 } else { 2 };
+    for place in 0..*count {
+        let own = place * square..(place + 1) * square;
+        let strain =
+            |k: usize| now[place * square + k] - f64::from(u8::from(k.is_multiple_of(size + 1)));
+        let most = (0..square).map(|k| strain(k).abs()).fold(state_before[place], f64::max);
+        state[place] = most;
+        let stiffness = 1.0 / (1.0 + 10.0 * most);
+        stress[own].iter_mut().enumerate().for_each(|(k, stress)| *stress = stiffness * strain(k));
+        energy[place] = 0.5 * stiffness * (0..square).map(|k| strain(k).powi(2)).sum::<f64>();
+    }
+    ControlFlow::Continue(())
+}
+
+/// A law with memory, in place of one that has none.
+fn choose(model: &mut Model, law: &str) {
+    let modulus = model.get("youngs_modulus").unwrap();
+    if law == "host" {
+        return model.set_material_function(1, soften).unwrap();
+    }
+    model.choose("material", law).unwrap();
+    if law == "j2_plastic" {
+        model.set("yield_stress", 0.01 * modulus).unwrap();
+        model.set("hardening_modulus", 0.1 * modulus).unwrap();
+    }
+}
+
+#[test]
+fn laws_with_memory_answer_the_same_on_every_level() {
+    for (number, body) in even_bodies().take(6).enumerate() {
+        let laws =
+            [["hypoelastic"; 2], ["j2_plastic"; 2], ["host"; 2], ["j2_plastic", "neo_hookean"]];
+        for form in forms(body.scene.dimension).filter(|form| form.has_law()) {
+            for law in laws {
+                let name = format!("{form:?} {law:?} {number}");
+                let worst = worst_on_every_level(&name, |level| {
+                    let mut models =
+                        [0, body.scene.materials.len() - 1].map(|number| body.model(form, number));
+                    models.iter_mut().zip(law).for_each(|(model, law)| {
+                        model.set("critical_stretch", 0.14).unwrap();
+                        choose(model, law);
+                    });
+                    let mut simulation = Simulation::new(&body.scene.points(), &models[0]).unwrap();
+                    simulation.set_threads(1).unwrap();
+                    if !body.scene.second.is_empty() {
+                        simulation.assign_model("second", &models[1]).unwrap();
+                    }
+                    if let Some(level) = level {
+                        simulation.set_simd(level).unwrap();
+                    }
+                    cut(&body, &mut simulation, 0.1);
+                    if level.is_none() {
+                        grade(&mut simulation);
+                    }
+                    let mut random = body.scene.random(31);
+                    for _ in 0..3 {
+                        let components = body.scene.components();
+                        let moved = random.around_zero(components, 0.05 * body.scene.spacing);
+                        simulation.set(Field::Displacement, &moved).unwrap();
+                        simulation.commit(0.0).unwrap();
+                    }
+                    let moved = body.shaken();
+                    simulation.set(Field::Displacement, &moved).unwrap();
+                    simulation.evaluate().unwrap();
+                    [
+                        Field::InternalForce,
+                        Field::StrainEnergyDensity,
+                        Field::DissipatedEnergyDensity,
+                        Field::EquivalentPlasticStrain,
+                        Field::Damage,
+                    ]
+                    .map(|field| simulation.get(field).unwrap())
+                    .into()
+                });
+                assert!(worst < 1e-11, "{name}: {worst}");
             }
         }
     }
