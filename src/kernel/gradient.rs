@@ -212,7 +212,8 @@ impl<S: Simd> Sums<'_, S> {
         moved: &[S::Lanes; D],
     ) {
         let Self { simd, family, horizon } = *self;
-        let weight = family.weighted(simd, slot, bonds.volume).only(simd.mask(bits));
+        let weight =
+            family.weighted(simd, slot, &bonds.reference, bonds.volume).only(simd.mask(bits));
         let q = monomials::<S, D, SIZE>(simd, &bonds.reference, horizon);
         for row in 0..D {
             let weighted = weight * moved[row];
@@ -259,7 +260,8 @@ impl<S: Simd> Sums<'_, S> {
         for slot in (start..end).step_by(S::WIDTH) {
             let bonds = family.bonds::<S, D>(simd, &own, slot);
             let bits = masks[(slot - start) / 8] >> (slot % 8);
-            let weight = family.weighted(simd, slot, bonds.volume).only(simd.mask(bits));
+            let weight =
+                family.weighted(simd, slot, &bonds.reference, bonds.volume).only(simd.mask(bits));
             let q = monomials::<S, D, SIZE>(simd, &bonds.reference, horizon);
             weights = weights + weight;
             for row in 0..SIZE {

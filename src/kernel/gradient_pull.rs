@@ -35,12 +35,15 @@ impl<const D: usize, const C: usize> Kernel for GradientPull<'_, D, C> {
             let place = simd.quad(quad_at(table.row(point), 0));
             let mut sums = [simd.quad_of(0.0); APART];
             let (start, end) = family.slots(point);
+            let own = family.own(simd, point);
             let mut weights = [1.0; 8];
             for slot in (start..end).step_by(8) {
                 let bits = family.bits(slot);
                 if weighs {
                     for lane in (0..8).step_by(S::WIDTH) {
-                        family.weights(simd, slot + lane).store(&mut weights[lane..]);
+                        let (reference, _) = family.references::<S, D>(simd, &own, slot + lane);
+                        let weight = family.weights(simd, slot + lane, &reference);
+                        weight.store(&mut weights[lane..]);
                     }
                 }
                 let names = family.block(slot);
