@@ -101,7 +101,7 @@ fn per_bond(
     ends: &Property,
     interfaces: &[Interface<'_>],
 ) -> Result<Vec<f64>> {
-    let mut values = memory::filled(f64::INFINITY, families.neighbors.len(), PURPOSE)?;
+    let mut values = memory::filled(f64::INFINITY, families.block_count() * LANES, PURPOSE)?;
     for point in 0..families.offsets.len() - 1 {
         for bond in families.bonds(point) {
             let across = interfaces.iter().rev().find(|interface| {

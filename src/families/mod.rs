@@ -10,9 +10,10 @@ mod search;
 
 use std::ops::Range;
 
+use crate::kernel::simd::Unit;
 use crate::memory;
 use lattice::Lattice;
-pub(crate) use search::find;
+pub(crate) use search::{Wanted, find};
 
 /// Bonds that stand, are masked and are computed together.
 pub(crate) const LANES: usize = 8;
@@ -36,6 +37,14 @@ impl Property {
         }
     }
 
+    /// The largest.
+    fn largest(&self) -> f64 {
+        match self {
+            Self::Uniform(value) => *value,
+            Self::PerPoint(values) => values.iter().copied().fold(0.0, f64::max),
+        }
+    }
+
     pub(crate) fn copied(&self) -> crate::error::Result<Self> {
         Ok(match self {
             Self::Uniform(value) => Self::Uniform(*value),
@@ -53,6 +62,15 @@ impl Property {
     }
 }
 
+/// How lengths of bonds are had.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Storage {
+    /// They are kept.
+    Fast,
+    /// They are computed from the places of both ends whenever they are needed.
+    Lean,
+}
+
 /// All bonds of a body, each in the lists of both its ends.
 ///
 /// The bonds of a point fill whole blocks of [`LANES`]; lanes without a bond name the point itself
@@ -63,8 +81,12 @@ pub(crate) struct Families {
     pub(crate) offsets: Vec<u64>,
     /// Inner place of the other end of each bond.
     pub(crate) neighbors: Vec<u32>,
-    /// 1/L of each bond, of its length in the reference configuration.
-    pub(crate) inverse_lengths: Vec<f64>,
+    /// 1/L of each bond, of its length in the reference configuration; `None` where storage is lean.
+    pub(crate) inverse_lengths: Option<Vec<f64>>,
+    /// Where the points are.
+    pub(crate) places: Vec<Place>,
+    /// In which lengths are near 1.
+    pub(crate) unit: Unit,
     pub(crate) reach: Reach,
     /// The lattice that points of the body stand on, where kernels have a use for it.
     pub(crate) lattice: Option<Lattice>,
@@ -131,14 +153,18 @@ impl Families {
         let blocks = self.blocks(point);
         let slots = blocks.start * LANES..blocks.end * LANES;
         let is_bond = move |slot: &usize| self.neighbors[*slot] as usize != point;
-        slots.filter(is_bond).map(|slot| self.bond(slot))
+        slots.filter(is_bond).map(move |slot| self.bond(point, slot))
     }
 
-    /// The bond that stands in a lane.
+    /// The bond of a point that stands in a lane. Its length has the same bits from both ends and for any storage.
     #[inline(always)]
-    pub(crate) fn bond(&self, slot: usize) -> Bond {
-        let length = self.inverse_lengths[slot].recip();
-        Bond { slot, neighbor: self.neighbors[slot] as usize, length }
+    pub(crate) fn bond(&self, point: usize, slot: usize) -> Bond {
+        let neighbor = self.neighbors[slot] as usize;
+        let inverse = match &self.inverse_lengths {
+            Some(inverses) => inverses[slot],
+            None => inverse_length(squared_length(&self.places[point], &self.places[neighbor])),
+        };
+        Bond { slot, neighbor, length: inverse.recip() }
     }
 
     /// Part of the volume of a bond's other end that belongs to the point's own family.
@@ -172,7 +198,7 @@ impl Families {
     pub(crate) fn bytes(&self) -> usize {
         memory::bytes(&self.offsets)
             + memory::bytes(&self.neighbors)
-            + memory::bytes(&self.inverse_lengths)
+            + self.inverse_lengths.as_ref().map_or(0, memory::bytes)
             + self.reach.bytes()
             + self.lattice.as_ref().map_or(0, Lattice::bytes)
     }
@@ -183,4 +209,10 @@ impl Families {
 pub(crate) fn squared_length(from: &Place, to: &Place) -> f64 {
     let (x, y, z) = (to[0] - from[0], to[1] - from[1], to[2] - from[2]);
     x * x + y * y + z * z
+}
+
+/// 1/L of a bond.
+#[inline(always)]
+fn inverse_length(squared: f64) -> f64 {
+    squared.sqrt().recip()
 }

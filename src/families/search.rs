@@ -5,9 +5,12 @@
 //! them where they belong.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::cells::{Bounds, Candidates, Cells};
-use super::{Families, LANES, Place, Property, Reach, Rim, squared_length};
+use super::{
+    Families, LANES, Place, Property, Reach, Rim, Storage, Unit, inverse_length, squared_length,
+};
 use crate::error::{Result, argument};
 use crate::kernel::simd::SimdLevel;
 use crate::memory;
@@ -15,20 +18,28 @@ use crate::workers::{BLOCK, PerPoint, Ragged, Workers};
 
 const PURPOSE: &str = "bonds";
 
-/// The families of all points for their horizons, and with the rim if they have one; `farthest` is the
-/// largest magnitude of the coordinates that the host gave.
-pub(crate) fn find(
-    workers: &Workers,
-    simd: SimdLevel,
-    dimension: usize,
-    places: &[Place],
-    horizons: &Property,
-    rim: Option<Rim>,
-    farthest: f64,
-) -> Result<Families> {
+/// A body whose families are looked for.
+pub(crate) struct Wanted<'a> {
+    pub(crate) workers: &'a Workers,
+    pub(crate) simd: SimdLevel,
+    pub(crate) dimension: usize,
+    pub(crate) places: Vec<Place>,
+    pub(crate) horizons: &'a Property,
+    pub(crate) rim: Option<Rim>,
+    /// Largest magnitude of the coordinates that the host gave.
+    pub(crate) farthest: f64,
+    pub(crate) storage: Storage,
+    /// Names of the points to the host.
+    pub(crate) host: &'a [u32],
+}
+
+/// The families of all points for their horizons, and with the rim if they have one.
+pub(crate) fn find(wanted: Wanted<'_>) -> Result<Families> {
+    let Wanted { workers, simd, dimension, places, horizons, rim, farthest, storage, host } =
+        wanted;
     let farthest_of = radii(horizons, rim.as_ref(), farthest)?;
     let reach = Reach { radii: radii(horizons, None, farthest)?, rim };
-    let search = Search::new(workers, simd, dimension, places, &farthest_of, &reach)?;
+    let search = Search::new(workers, simd, dimension, &places, &farthest_of, &reach)?;
     let count = places.len();
     let mut sizes = memory::filled(0_u32, count, PURPOSE)?;
     workers.sweep(count, PerPoint(&mut sizes, 1), |range, sizes| {
@@ -44,28 +55,52 @@ pub(crate) fn find(
     let lanes = usize::try_from(blocks).ok().and_then(|blocks| blocks.checked_mul(LANES));
     let lanes = lanes.unwrap_or(usize::MAX);
     let mut neighbors = memory::filled(0_u32, lanes, PURPOSE)?;
-    let mut inverse_lengths = memory::filled(0.0_f64, lanes, PURPOSE)?;
-    let outputs = (
-        Ragged { values: &mut neighbors, offsets: &offsets, width: LANES },
-        Ragged { values: &mut inverse_lengths, offsets: &offsets, width: LANES },
-    );
-    workers.sweep(count, outputs, |range, (neighbors, inverse_lengths)| {
-        search.fill(range, &offsets, neighbors.values, inverse_lengths.values);
+    let mut inverse_lengths = match storage {
+        Storage::Fast => Some(memory::filled(0.0_f64, lanes, PURPOSE)?),
+        Storage::Lean => None,
+    };
+    let inverses = inverse_lengths.as_mut().map(|values| lists_of(&mut values[..], &offsets));
+    let touching = AtomicUsize::new(usize::MAX);
+    let outputs = (lists_of(&mut neighbors[..], &offsets), inverses);
+    workers.sweep(count, outputs, |range, (neighbors, inverses)| {
+        let (start, neighbors) = (range.start, neighbors.values);
+        let inverses = inverses.map(|inverses| inverses.values);
+        if search.fill(range, &offsets, neighbors, inverses) == 0.0 {
+            touching.fetch_min(start, Ordering::Relaxed);
+        }
     });
     if count > 1 && lanes == 0 {
-        return argument(no_neighbors(places, horizons));
+        return argument(no_neighbors(&places, horizons));
     }
-    Ok(Families { offsets, neighbors, inverse_lengths, reach, lattice: None })
+    let unit = Unit::near(farthest_of.largest());
+    let families =
+        Families { offsets, neighbors, inverse_lengths, places, unit, reach, lattice: None };
+    refuse_bonds_without_length(&families, touching.into_inner(), host)?;
+    Ok(families)
+}
+
+/// Values of the lanes of lists.
+fn lists_of<'a, T>(values: &'a mut [T], offsets: &'a [u64]) -> Ragged<'a, T> {
+    Ragged { values, offsets, width: LANES }
+}
+
+/// Points can be so close that the square of their distance is no longer a number above zero: some from `first` on.
+fn refuse_bonds_without_length(families: &Families, first: usize, host: &[u32]) -> Result<()> {
+    for point in first..host.len() {
+        if let Some(bond) = families.bonds(point).find(|bond| bond.length == 0.0) {
+            return argument(format!(
+                "points {} and {} are too close to tell their distance; use other units",
+                host[point], host[bond.neighbor]
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Horizons with the tolerance that lets `horizon = k * spacing` reach the k-th shell, and with the most that
 /// a rim adds.
 fn radii(horizons: &Property, rim: Option<&Rim>, farthest: f64) -> Result<Property> {
-    let largest = match rim.map(|rim| &rim.edges) {
-        Some(Property::PerPoint(edges)) => edges.iter().copied().fold(0.0, f64::max),
-        Some(Property::Uniform(edge)) => *edge,
-        None => 0.0,
-    };
+    let largest = rim.map_or(0.0, |rim| rim.edges.largest());
     let radius = |horizon: f64, point: usize| {
         let width = rim.map_or(0.0, |rim| 0.5 * (rim.edges.at(point) + largest));
         let tolerance = (8.0 * f64::EPSILON * farthest / horizon).max(1e-10);
@@ -172,28 +207,59 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Writes the neighbours of each point of a range and 1 over how far they are, and fills last blocks up.
+    /// Writes the neighbours of each point of a range and, where there is room, 1 over how far they are, and fills last
+    /// blocks up. Gives the square of the least distance.
     fn fill(
         &self,
         range: Range<usize>,
         offsets: &[u64],
         neighbors: &mut [u32],
-        inverse_lengths: &mut [f64],
-    ) {
-        let uniform = self.reach.is_sharp_and_uniform();
+        inverse_lengths: Option<&mut [f64]>,
+    ) -> f64 {
         let lanes_before = |point: usize| (offsets[point] - offsets[range.start]) as usize * LANES;
         let mut ends = [0; BLOCK];
         for (end, point) in ends.iter_mut().zip(range.clone()) {
             *end = lanes_before(point);
         }
-        self.visit(range.clone(), |point, place, candidates, most| {
-            let end = &mut ends[point - range.start];
-            let lanes = *end..lanes_before(point + 1);
-            let (neighbors, squares) = (&mut neighbors[lanes.clone()], &mut inverse_lengths[lanes]);
-            let mut found = 0;
+        let mut least = f64::INFINITY;
+        if let Some(inverse_lengths) = inverse_lengths {
+            self.put(range.clone(), &mut ends, |lane, other, squared| {
+                (neighbors[lane], inverse_lengths[lane]) = (other, squared);
+            });
+            for (end, point) in ends.into_iter().zip(range.clone()) {
+                inverse_lengths[end..lanes_before(point + 1)].fill(1.0);
+            }
+            for value in inverse_lengths {
+                least = least.min(*value);
+                *value = inverse_length(*value);
+            }
+        } else {
+            self.put(range.clone(), &mut ends, |lane, other, squared| {
+                neighbors[lane] = other;
+                least = least.min(squared);
+            });
+        }
+        for (end, point) in ends.into_iter().zip(range.clone()) {
+            neighbors[end..lanes_before(point + 1)].fill(point as u32);
+        }
+        least
+    }
+
+    /// Calls `put` with the next lane of a point in `ends`, a neighbour and the square of the distance, for the
+    /// points of a range.
+    #[inline(always)]
+    fn put(
+        &self,
+        range: Range<usize>,
+        ends: &mut [usize; BLOCK],
+        mut put: impl FnMut(usize, u32, f64),
+    ) {
+        let (uniform, start) = (self.reach.is_sharp_and_uniform(), range.start);
+        self.visit(range, |point, place, candidates, most| {
+            let mut end = ends[point - start];
             let mut write = |other, squared| {
-                (neighbors[found], squares[found]) = (other, squared);
-                found += 1;
+                put(end, other, squared);
+                end += 1;
             };
             if uniform {
                 candidates.for_each_within(self.simd, place, most, |other, squared| {
@@ -208,14 +274,8 @@ impl<'a> Search<'a> {
                     }
                 });
             }
-            *end += found;
+            ends[point - start] = end;
         });
-        inverse_lengths.iter_mut().for_each(|value| *value = value.sqrt().recip());
-        for (end, point) in ends.into_iter().zip(range.clone()) {
-            let lanes = end..lanes_before(point + 1);
-            neighbors[lanes.clone()].fill(point as u32);
-            inverse_lengths[lanes].fill(1.0);
-        }
     }
 
     /// Whether one is in the family of the other.
@@ -292,6 +352,22 @@ mod tests {
             .collect()
     }
 
+    fn found(threads: usize, places: &[Place], horizons: &Property) -> Families {
+        let host: Vec<u32> = (0..places.len() as u32).collect();
+        find(Wanted {
+            workers: &Workers::new(threads).unwrap(),
+            simd: SimdLevel::Baseline,
+            dimension: 3,
+            places: places.to_vec(),
+            horizons,
+            rim: None,
+            farthest: 1.0,
+            storage: Storage::Fast,
+            host: &host,
+        })
+        .unwrap()
+    }
+
     fn sorted(families: &Families, point: usize) -> Vec<usize> {
         let mut neighbors: Vec<_> = families.bonds(point).map(|bond| bond.neighbor).collect();
         neighbors.sort_unstable();
@@ -299,9 +375,7 @@ mod tests {
     }
 
     fn check_against_all_pairs(places: &[Place], horizons: &Property) {
-        let families =
-            find(&Workers::new(2).unwrap(), SimdLevel::Baseline, 3, places, horizons, None, 1.0)
-                .unwrap();
+        let families = found(2, places, horizons);
         for i in 0..places.len() {
             let expected: Vec<_> = (0..places.len())
                 .filter(|&j| {
@@ -350,11 +424,7 @@ mod tests {
     #[test]
     fn the_bits_of_families_do_not_depend_on_threads() {
         let places = cloud(3000, 1.0);
-        let of = |threads: usize| {
-            let workers = Workers::new(threads).unwrap();
-            find(&workers, SimdLevel::Baseline, 3, &places, &Property::Uniform(0.13), None, 1.0)
-                .unwrap()
-        };
+        let of = |threads: usize| found(threads, &places, &Property::Uniform(0.13));
         let one = of(1);
         for threads in [2, 4] {
             let more = of(threads);
@@ -368,16 +438,7 @@ mod tests {
     #[test]
     fn a_horizon_of_whole_spacings_reaches_its_shell() {
         let row: Vec<Place> = (0..10).map(|k| [0.1 * k as f64, 0.0, 0.0, 1.0]).collect();
-        let families = find(
-            &Workers::new(1).unwrap(),
-            SimdLevel::Baseline,
-            3,
-            &row,
-            &Property::Uniform(0.3),
-            None,
-            0.9,
-        )
-        .unwrap();
+        let families = found(1, &row, &Property::Uniform(0.3));
         assert_eq!(families.bonds(5).count(), 6);
     }
 }

@@ -25,14 +25,11 @@ pub(super) fn sweep<const D: usize>(
     let mut first = usize::MAX;
     if lattice.as_ref().is_none_or(|on| on.lattice.count < count) {
         let seats = lattice.as_ref().map(|on| &on.lattice.seat_of[..]);
-        first = first.min(sweep_cloud::<D>(
-            scene,
-            law,
-            seats,
-            scratch,
-            force,
-            remaining.as_deref_mut(),
-        ));
+        let masks = remaining.as_deref_mut();
+        first = first.min(match scene.families.inverse_lengths {
+            Some(_) => sweep_cloud::<false, D>(scene, law, seats, scratch, force, masks),
+            None => sweep_cloud::<true, D>(scene, law, seats, scratch, force, masks),
+        });
     }
     if let Some(on) = lattice {
         first = first.min(sweep_lattice::<D>(scene, law.factor(), &on, force, remaining));
@@ -61,7 +58,7 @@ fn sweep_lattice<const D: usize>(
 }
 
 /// As [`sweep`], of the points that have no seat on a lattice. Gives a number beyond all points where all is finite.
-fn sweep_cloud<const D: usize>(
+fn sweep_cloud<const LEAN: bool, const D: usize>(
     scene: &Scene<'_>,
     law: impl BondLaw,
     seats: Option<&[u32]>,
@@ -70,14 +67,15 @@ fn sweep_cloud<const D: usize>(
     remaining: Option<&mut [u8]>,
 ) -> usize {
     let count = scene.places.len();
-    let records = records_of::<D>(scene, scratch);
+    let records = records_of::<LEAN, D>(scene, scratch);
     let (intact, offsets) = (scene.bonds.intact, &scene.families.offsets);
     let cloud = Cloud::new(scene.families, records, intact);
     let bad = AtomicUsize::new(usize::MAX);
     let remaining = remaining.map(|values| Ragged { values, offsets, width: 1 });
     scene.workers.sweep(count, (PerPoint(force, D), remaining), |range, (force, remaining)| {
         let remaining = remaining.map(|masks| masks.values);
-        let sweep = ForceSweep::<_, D> { cloud, law, range, seats, force: force.0, remaining };
+        let force = force.0;
+        let sweep = ForceSweep::<_, LEAN, D> { cloud, law, range, seats, force, remaining };
         if let Some(point) = scene.simd.run(sweep) {
             bad.fetch_min(point, Ordering::Relaxed);
         }
@@ -89,7 +87,10 @@ fn sweep_cloud<const D: usize>(
 pub(super) const SLACK: usize = 7;
 
 /// A record of each point, in the scratch.
-fn records_of<'a, const D: usize>(scene: &Scene<'_>, scratch: &'a mut [f64]) -> &'a [Record] {
+fn records_of<'a, const LEAN: bool, const D: usize>(
+    scene: &Scene<'_>,
+    scratch: &'a mut [f64],
+) -> &'a [Record] {
     let count = scene.places.len();
     let ahead = scratch.as_ptr().align_offset(64).min(SLACK);
     let (records, _) = scratch[ahead..].as_chunks_mut();
@@ -100,7 +101,7 @@ fn records_of<'a, const D: usize>(scene: &Scene<'_>, scratch: &'a mut [f64]) -> 
             *record = [0.0; 8];
             record[..4].copy_from_slice(&scene.places[point]);
             for (axis, shift) in shifts[point].iter().enumerate() {
-                record[axis] += 0.5 * shift;
+                record[axis] += if LEAN { 0.0 } else { 0.5 * shift };
                 record[4 + axis] = 2.0 * shift;
             }
         }

@@ -6,7 +6,7 @@ use crate::damage::BreakRule;
 use crate::families::{Bond, Families, LANES, Property};
 use crate::kernel::bond_based::{BondLaw, Part};
 use crate::kernel::lattice::Judge;
-use crate::kernel::simd::Simd;
+use crate::kernel::simd::{Lanes, Simd};
 
 /// All bonds alike: one material, one horizon, no integrity set by hand.
 #[derive(Clone, Copy)]
@@ -52,7 +52,7 @@ impl Judge for Limits<'_> {
         let families = self.scene.families;
         families
             .slot(point, neighbor)
-            .is_some_and(|slot| self.breaks_bond(point, families.bond(slot)))
+            .is_some_and(|slot| self.breaks_bond(point, families.bond(point, slot)))
     }
 }
 
@@ -160,14 +160,21 @@ impl BondLaw for Various<'_> {
         inverse: S::Lanes,
         volume: S::Lanes,
     ) -> S::Lanes {
-        inverse * volume * simd.each(|lane| self.stiffness(part.point, part.bond(lane)))
+        let mut inverses = [1.0; LANES];
+        inverse.store(&mut inverses);
+        let stiffness = simd.each(|lane| {
+            let neighbor = part.neighbors[lane] as usize;
+            let bond = Bond { slot: part.slot + lane, neighbor, length: inverses[lane].recip() };
+            self.stiffness(part.point, bond)
+        });
+        inverse * volume * stiffness
     }
     #[inline(always)]
     fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes {
         let Some(rule) = self.limits.rule else { return simd.splat(f64::INFINITY) };
         simd.each(|lane| {
-            let bond = part.bond(lane);
-            close_to(rule.threshold(bond.slot, part.point, bond.neighbor))
+            let neighbor = part.neighbors[lane] as usize;
+            close_to(rule.threshold(part.slot + lane, part.point, neighbor))
         })
     }
     fn breaks(&self, point: usize, bond: Bond) -> bool {

@@ -3,7 +3,7 @@
 //! With xi the bond's reference vector, y = xi + du, L = |xi| and l = |y|, the force on i is the sum of
 //! c d V_j (1/L - 1/l) y = c d V_j/L (1 - L/l) y, and of (l/L)^2 = 1 + z with z = du.(xi + y)/L^2 one root is enough. z is exactly
 //! 0 where the ends move alike, and without the cancellation of l^2 - L^2. With the middle m = xi + du/2 of both states,
-//! xi + y = 2 m and y = m + du/2.
+//! xi + y = 2 m and y = m + du/2. Where lengths are not stored, xi is read instead of m, and L^2 = xi.xi.
 //!
 //! The latency of a bond is some hundred cycles: while one part's root is taken, the next one's places are fetched.
 
@@ -13,7 +13,8 @@ use super::simd::{Kernel, Lanes, Mask, Simd, prefetch};
 use crate::families::lattice::NOBODY;
 use crate::families::{Bond, Families, LANES};
 
-/// A point in a line of the cache: x + u/2, V, 2 u and a number that does not matter.
+/// A point in a line of the cache: x + u/2, V, 2 u and a number that does not matter; x instead of x + u/2 where lengths
+/// are not stored.
 pub(crate) type Record = [f64; 8];
 
 /// What the sweep reads.
@@ -23,17 +24,25 @@ pub(crate) struct Cloud<'a> {
     records: &'a [Record],
     /// One bit a lane.
     intact: &'a [u8],
+    /// 1/L of each lane; none where lengths are not stored.
+    inverses: &'a [f64],
 }
 
 impl<'a> Cloud<'a> {
     /// Panics when there is not a record a point and a mask a block.
     pub(crate) fn new(families: &'a Families, records: &'a [Record], intact: &'a [u8]) -> Self {
-        let Families { offsets, neighbors, inverse_lengths, .. } = families;
+        let Families { offsets, neighbors, .. } = families;
+        let inverses = families.inverse_lengths.as_deref();
         assert_eq!(records.len() + 1, offsets.len());
         assert_eq!(offsets[records.len()] as usize, intact.len());
         assert_eq!(neighbors.len(), intact.len() * LANES);
-        assert_eq!(inverse_lengths.len(), intact.len() * LANES);
-        Self { families, records, intact }
+        assert!(inverses.is_none_or(|inverses| inverses.len() == neighbors.len()));
+        Self { families, records, intact, inverses: inverses.unwrap_or_default() }
+    }
+
+    /// Whether lengths are to be computed.
+    fn is_lean(&self) -> bool {
+        self.families.inverse_lengths.is_none()
     }
 }
 
@@ -44,19 +53,6 @@ pub(crate) struct Part<'a> {
     /// Where the first of them stands among all lanes.
     pub(crate) slot: usize,
     pub(crate) neighbors: &'a [u32],
-    /// 1/L
-    pub(crate) inverses: &'a [f64],
-}
-
-impl Part<'_> {
-    #[inline(always)]
-    pub(crate) fn bond(&self, lane: usize) -> Bond {
-        Bond {
-            slot: self.slot + lane,
-            neighbor: self.neighbors[lane] as usize,
-            length: self.inverses[lane].recip(),
-        }
-    }
 }
 
 /// How stiff bonds are and when they break, for one scene.
@@ -78,8 +74,8 @@ pub(crate) trait BondLaw: Copy + Sync {
 }
 
 /// Forces per volume on the points of a range. With `remaining`, which holds the masks of the range's blocks, bonds
-/// that break leave it first. Gives the first point whose force is not finite.
-pub(crate) struct ForceSweep<'a, L, const D: usize> {
+/// that break leave it first. `LEAN`: lengths are not stored. Gives the first point whose force is not finite.
+pub(crate) struct ForceSweep<'a, L, const LEAN: bool, const D: usize> {
     pub(crate) cloud: Cloud<'a>,
     pub(crate) law: L,
     pub(crate) range: Range<usize>,
@@ -89,13 +85,14 @@ pub(crate) struct ForceSweep<'a, L, const D: usize> {
     pub(crate) remaining: Option<&'a mut [u8]>,
 }
 
-impl<L: BondLaw, const D: usize> Kernel for ForceSweep<'_, L, D> {
+impl<L: BondLaw, const LEAN: bool, const D: usize> Kernel for ForceSweep<'_, L, LEAN, D> {
     type Output = Option<usize>;
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Option<usize> {
         let Self { cloud, law, range, seats, force, remaining } = self;
-        let pulls = Pulls { simd, cloud, law, seats };
+        assert_eq!(cloud.is_lean(), LEAN);
+        let pulls = Pulls::<_, _, LEAN> { simd, cloud, law, seats };
         match remaining {
             Some(remaining) => pulls.sum_up::<true, D>(range, force, remaining),
             None => pulls.sum_up::<false, D>(range, force, &mut []),
@@ -105,7 +102,7 @@ impl<L: BondLaw, const D: usize> Kernel for ForceSweep<'_, L, D> {
 
 /// What the loops over points and parts share.
 #[derive(Clone, Copy)]
-struct Pulls<'a, S, L> {
+struct Pulls<'a, S, L, const LEAN: bool> {
     simd: S,
     cloud: Cloud<'a>,
     law: L,
@@ -142,7 +139,7 @@ fn judged(families: &Families, law: impl BondLaw, point: usize, masks: &mut [u8]
 /// Blocks that are asked for ahead of their turn.
 const AHEAD: usize = 16;
 
-impl<'a, S: Simd, L: BondLaw> Pulls<'a, S, L> {
+impl<'a, S: Simd, L: BondLaw, const LEAN: bool> Pulls<'a, S, L, LEAN> {
     /// Forces on the points of a range. With `BREAK` the bonds that break leave the masks of its blocks, `remaining`.
     #[inline(always)]
     fn sum_up<const BREAK: bool, const D: usize>(
@@ -236,10 +233,21 @@ impl<'a, S: Simd, L: BondLaw> Pulls<'a, S, L> {
         let (lanes, families) = (slot..slot + S::WIDTH, self.cloud.families);
         debug_assert!(lanes.end <= families.neighbors.len());
         // SAFETY: slots are those of a point's blocks, which end before the lists do, as a cloud has seen.
-        let neighbors = unsafe { families.neighbors.get_unchecked(lanes.clone()) };
-        // SAFETY: as above.
-        let inverses = unsafe { families.inverse_lengths.get_unchecked(lanes) };
-        Part { point, slot, neighbors, inverses }
+        let neighbors = unsafe { families.neighbors.get_unchecked(lanes) };
+        Part { point, slot, neighbors }
+    }
+
+    /// 1/L of the bonds from a slot on, where it is stored.
+    #[inline(always)]
+    fn inverse(&self, slot: usize) -> S::Lanes {
+        let Self { simd, cloud, .. } = *self;
+        if LEAN {
+            return simd.splat(1.0);
+        }
+        prefetch(cloud.inverses, slot + AHEAD * LANES);
+        debug_assert!(slot + S::WIDTH <= cloud.inverses.len());
+        // SAFETY: there are as many as lanes, and slots are as in `part`.
+        simd.load(unsafe { cloud.inverses.get_unchecked(slot..slot + S::WIDTH) })
     }
 
     #[inline(always)]
@@ -252,27 +260,34 @@ impl<'a, S: Simd, L: BondLaw> Pulls<'a, S, L> {
         let Self { simd, cloud, law, .. } = *self;
         let part = self.part(point, slot);
         prefetch(&cloud.families.neighbors, slot + AHEAD * LANES);
-        prefetch(&cloud.families.inverse_lengths, slot + AHEAD * LANES);
+        let mut inverse = self.inverse(slot);
         // SAFETY: the search makes neighbours of points of the body alone, and each has a record.
-        let middles = unsafe { simd.columns(cloud.records, 0, part.neighbors) };
+        let places = unsafe { simd.columns(cloud.records, 0, part.neighbors) };
         // SAFETY: as above.
         let doubles = unsafe { simd.columns(cloud.records, 4, part.neighbors) };
-        let quarter = simd.splat(0.25);
-        let (mut bond, mut product) = ([quarter; D], quarter);
+        let (quarter, half) = (simd.splat(0.25), simd.splat(0.5));
+        let (mut bond, mut product, mut squared) = ([quarter; D], quarter, quarter);
         for axis in 0..D {
-            let middle = middles[axis] - own[axis];
+            let place = places[axis] - own[axis];
             let double = doubles[axis] - own[4 + axis];
-            bond[axis] = double.mul_add(quarter, middle);
+            let mut middle = place;
+            if LEAN {
+                middle = double.mul_add(quarter, place);
+                squared = if axis == 0 { place * place } else { place.mul_add(place, squared) };
+            }
+            bond[axis] = double.mul_add(if LEAN { half } else { quarter }, place);
             product = match axis {
                 0 => double * middle,
                 _ => double.mul_add(middle, product),
             };
         }
-        let inverse = simd.load(part.inverses);
+        if LEAN {
+            inverse = cloud.families.unit.inverse_length(simd, squared);
+        }
         Pulled {
             bond,
             change: product * (inverse * inverse),
-            weight: law.weight(simd, &part, inverse, middles[3]),
+            weight: law.weight(simd, &part, inverse, places[3]),
         }
     }
 }

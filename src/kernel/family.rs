@@ -82,10 +82,11 @@ impl<'a> Family<'a> {
         omega: Omega,
     ) -> Self {
         let Families { offsets, neighbors, inverse_lengths, .. } = families;
+        let inverses = inverse_lengths.as_ref();
         assert_eq!(records.len() + 1, offsets.len());
         assert_eq!(offsets[records.len()] as usize, intact.len());
         assert_eq!(neighbors.len(), intact.len() * LANES);
-        assert_eq!(inverse_lengths.len(), intact.len() * LANES);
+        assert!(inverses.is_none_or(|inverses| inverses.len() == neighbors.len()));
         Self { families, records, intact, omega }
     }
 
@@ -151,26 +152,60 @@ impl<'a> Family<'a> {
         own: &[S::Lanes; 8],
         slot: usize,
     ) -> Bonds<S::Lanes, D> {
-        let neighbors = self.names::<S>(slot);
         prefetch(&self.families.neighbors, slot + AHEAD * LANES);
-        // SAFETY: the search makes neighbours of points of the body alone, and each has a record.
-        let places = unsafe { simd.columns(self.records, 0, neighbors) };
-        // SAFETY: as above.
-        let shifts = unsafe { simd.columns(self.records, 4, neighbors) };
-        let (mut reference, mut moved) = ([places[0]; D], [places[0]; D]);
+        let (reference, volume) = self.references(simd, own, slot);
+        // SAFETY: as in `references`.
+        let shifts = unsafe { simd.columns(self.records, 4, self.names::<S>(slot)) };
+        let mut moved = [volume; D];
         for axis in 0..D {
-            reference[axis] = places[axis] - own[axis];
             moved[axis] = shifts[axis] - own[4 + axis];
         }
-        Bonds { reference, moved, volume: places[3], last: shifts[3] }
+        Bonds { reference, moved, volume, last: shifts[3] }
     }
 
-    /// omega times another factor, of the bonds from a slot on.
+    /// xi of the bonds from a slot on, as seen from a point with the record given, and what stands behind the places.
     #[inline(always)]
-    pub(super) fn weighted<S: Simd>(&self, simd: S, slot: usize, factor: S::Lanes) -> S::Lanes {
+    pub(super) fn references<S: Simd, const D: usize>(
+        &self,
+        simd: S,
+        own: &[S::Lanes; 8],
+        slot: usize,
+    ) -> ([S::Lanes; D], S::Lanes) {
+        // SAFETY: the search makes neighbours of points of the body alone, and each has a record.
+        let places = unsafe { simd.columns(self.records, 0, self.names::<S>(slot)) };
+        let mut reference = [places[0]; D];
+        for axis in 0..D {
+            reference[axis] = places[axis] - own[axis];
+        }
+        (reference, places[3])
+    }
+
+    /// xi of the bonds from a slot on where weights need it, else other numbers.
+    #[inline(always)]
+    pub(super) fn reference_for_weight<S: Simd, const D: usize>(
+        &self,
+        simd: S,
+        own: &[S::Lanes; 8],
+        slot: usize,
+    ) -> [S::Lanes; D] {
+        if self.families.inverse_lengths.is_some() {
+            return [own[0]; D];
+        }
+        self.references(simd, own, slot).0
+    }
+
+    /// omega times another factor, of the bonds from a slot on with their xi.
+    #[inline(always)]
+    pub(super) fn weighted<S: Simd, const D: usize>(
+        &self,
+        simd: S,
+        slot: usize,
+        reference: &[S::Lanes; D],
+        factor: S::Lanes,
+    ) -> S::Lanes {
         match self.omega.influence {
             Influence::Constant => factor,
-            _ => factor * self.weights(simd, slot),
+            _ => factor * self.weights(simd, slot, reference),
         }
     }
 
@@ -180,18 +215,39 @@ impl<'a> Family<'a> {
         self.omega.influence != Influence::Constant
     }
 
-    /// omega of the bonds from a slot on; in the rim of the horizon that at the horizon.
+    /// 1/L of the bonds from a slot on with their xi; not a number in lanes without a bond.
     #[inline(always)]
-    pub(super) fn weights<S: Simd>(&self, simd: S, slot: usize) -> S::Lanes {
-        let Omega { influence, dimension, horizon } = self.omega;
-        debug_assert!(slot + S::WIDTH <= self.families.inverse_lengths.len());
-        prefetch(&self.families.inverse_lengths, slot + AHEAD * LANES);
+    fn inverses<S: Simd, const D: usize>(
+        &self,
+        simd: S,
+        slot: usize,
+        reference: &[S::Lanes; D],
+    ) -> S::Lanes {
+        let Some(inverses) = &self.families.inverse_lengths else {
+            let mut squared = reference[0] * reference[0];
+            for x in &reference[1..] {
+                squared = x.mul_add(*x, squared);
+            }
+            return self.families.unit.inverse_length(simd, squared);
+        };
+        debug_assert!(slot + S::WIDTH <= inverses.len());
+        prefetch(inverses, slot + AHEAD * LANES);
         // SAFETY: slots are those of a point's blocks, which end before the lists do.
-        let inverses =
-            unsafe { self.families.inverse_lengths.get_unchecked(slot..slot + S::WIDTH) };
+        simd.load(unsafe { inverses.get_unchecked(slot..slot + S::WIDTH) })
+    }
+
+    /// omega of the bonds from a slot on with their xi; in the rim of the horizon that at the horizon.
+    #[inline(always)]
+    pub(super) fn weights<S: Simd, const D: usize>(
+        &self,
+        simd: S,
+        slot: usize,
+        reference: &[S::Lanes; D],
+    ) -> S::Lanes {
+        let Omega { influence, dimension, horizon } = self.omega;
         let one = simd.splat(1.0);
         // horizon/L
-        let closeness = (simd.load(inverses) * simd.splat(horizon)).max(one);
+        let closeness = (self.inverses(simd, slot, reference) * simd.splat(horizon)).max(one);
         match influence {
             Influence::Constant => one,
             Influence::Inverse => closeness,

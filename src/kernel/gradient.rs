@@ -221,7 +221,8 @@ impl<S: Simd> Sums<'_, S> {
         moved: &[S::Lanes; D],
     ) {
         let Self { simd, family, horizon } = *self;
-        let weight = family.weighted(simd, slot, bonds.volume).only(simd.mask(bits));
+        let weight =
+            family.weighted(simd, slot, &bonds.reference, bonds.volume).only(simd.mask(bits));
         let q = monomials::<S, D, SIZE>(simd, &bonds.reference, horizon);
         for row in 0..D {
             let weighted = weight * moved[row];
@@ -264,7 +265,7 @@ impl<S: Simd> Sums<'_, S> {
             let bonds = family.bonds::<S, D>(simd, &own, slot);
             let bits = masks[(slot - start) / 8] >> (slot % 8);
             let mask = simd.mask(bits);
-            let weight = family.weighted(simd, slot, bonds.volume).only(mask);
+            let weight = family.weighted(simd, slot, &bonds.reference, bonds.volume).only(mask);
             let q = monomials::<S, D, SIZE>(simd, &bonds.reference, horizon);
             weights = weights + weight;
             volumes = volumes + bonds.volume.only(mask);
@@ -320,7 +321,7 @@ where
             for slot in (start..end).step_by(S::WIDTH) {
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
                 let mask = simd.mask(family.bits(slot));
-                let weight = family.weighted(simd, slot, bonds.volume).only(mask);
+                let weight = family.weighted(simd, slot, &bonds.reference, bonds.volume).only(mask);
                 let rest = unseen_of(simd, &bonds, &gradient);
                 for row in 0..D {
                     let weighted = weight * rest[row];

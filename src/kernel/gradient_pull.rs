@@ -36,7 +36,7 @@ impl<const D: usize, const C: usize> Kernel for GradientPull<'_, D, C> {
         for (force, point) in forces.iter_mut().zip(range) {
             let place = simd.quad(quad_at(table.row(point), 0));
             let mut sums = [simd.quad_of(0.0); APART];
-            each_bond(simd, &family, point, |lane, name, weight| {
+            each_bond::<S, D>(simd, &family, point, |lane, name, weight| {
                 // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
                 let row = unsafe { table.row_of(name) };
                 let pull = pull::<S, D, C>(simd, row, place, scale);
@@ -79,7 +79,7 @@ impl<const D: usize, const C: usize> Kernel for PenaltyPull<'_, D, C> {
             let shift = simd.quad(shift);
             let mut sums = [simd.quad_of(0.0); APART];
             let mut moves = [simd.quad_of(0.0); APART];
-            each_bond(simd, &family, point, |lane, name, weight| {
+            each_bond::<S, D>(simd, &family, point, |lane, name, weight| {
                 // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
                 let row = unsafe { table.row_of(name) };
                 let column = |number: usize| simd.quad(quad_at(row, number));
@@ -118,7 +118,7 @@ impl<const D: usize, const C: usize> Kernel for PenaltyPull<'_, D, C> {
 
 /// Calls `take` with lane, other end and weight of the bonds of a point; the weight is 1 unless the family weighs them.
 #[inline(always)]
-fn each_bond<S: Simd>(
+fn each_bond<S: Simd, const D: usize>(
     simd: S,
     family: &Family<'_>,
     point: usize,
@@ -126,12 +126,14 @@ fn each_bond<S: Simd>(
 ) {
     let weighs = family.is_weighted();
     let (start, end) = family.slots(point);
+    let own = family.own(simd, point);
     let mut weights = [1.0; 8];
     for slot in (start..end).step_by(8) {
         let bits = family.bits(slot);
         if weighs {
             for lane in (0..8).step_by(S::WIDTH) {
-                family.weights(simd, slot + lane).store(&mut weights[lane..]);
+                let reference = family.reference_for_weight::<S, D>(simd, &own, slot + lane);
+                family.weights(simd, slot + lane, &reference).store(&mut weights[lane..]);
             }
         }
         let names = family.block(slot);

@@ -42,7 +42,7 @@ impl<M: Fn(usize) -> [f64; 2], const D: usize> Kernel for OwnPull<'_, M, D> {
                 }
                 let mask = simd.mask(bits);
                 let at = lengths.stretches(simd);
-                let weight = family.weighted(simd, slot, bonds.volume);
+                let weight = family.weighted(simd, slot, &bonds.reference, bonds.volume);
                 let moment = (weight * lengths.squared).only(mask);
                 weighted = weighted + moment;
                 sum = sum + (moment * at.stretch).only(mask);
@@ -95,7 +95,7 @@ impl<const D: usize> Kernel for OtherPull<'_, D> {
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
                 let at = bonds.lengths(simd).stretches(simd);
                 let tension = at.stretch.mul_add(bonds.volume, bonds.last);
-                let pull = family.weighted(simd, slot, tension) * at.shrunk;
+                let pull = family.weighted(simd, slot, &bonds.reference, tension) * at.shrunk;
                 let pull = pull.only(simd.mask(family.bits(slot)));
                 let deformed = bonds.deformed();
                 for axis in 0..D {

@@ -91,7 +91,7 @@ where
                 }
                 let stress = stress.answer::<S, D>(simd, &gradient);
                 let weight = columns[weight_place(D)].mul_add(half, own_weight) * bonds.volume;
-                let weight = family.weighted(simd, slot, weight).only(mask);
+                let weight = family.weighted(simd, slot, &bonds.reference, weight).only(mask);
                 for axis in 0..D {
                     let mut pull = stress[axis][0] * along[0];
                     for column in 1..D {

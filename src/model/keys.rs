@@ -46,7 +46,7 @@ const fn number(name: &'static str, default: &'static str, description: &'static
 }
 
 /// The list of all keys.
-pub const KEYS: [Key; 24] = [
+pub const KEYS: [Key; 25] = [
     number("density", "", "mass per volume; must be given"),
     number(
         "horizon",
@@ -185,6 +185,14 @@ pub const KEYS: [Key; 24] = [
                       value is given",
         default: "none",
         kind: Kind::Choice("none|critical_stretch"),
+    },
+    Key {
+        name: "storage",
+        description: "fast: the lengths of bonds of a cloud are kept; lean: they are computed whenever they are \
+                      needed, which takes 4 bytes and a bit or two at each end of a bond instead of 12; \
+                      fast, because it is",
+        default: "fast",
+        kind: Kind::Choice("fast|lean"),
     },
 ];
 

@@ -11,6 +11,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use crate::error::{Error, Result, argument};
+use crate::families::Storage;
 use crate::formulation::{self, FormulationEntry};
 use crate::material::{HostLaw, MaterialBatch};
 pub(crate) use elastic::GivenConstants;
@@ -194,10 +195,20 @@ impl Model {
         self.choice("partial_volume") == Some("linear")
     }
 
+    pub(crate) fn storage(&self) -> Storage {
+        if self.choice("storage") == Some("lean") { Storage::Lean } else { Storage::Fast }
+    }
+
     /// The first key of those that all models of a simulation share in which two differ.
     pub(crate) fn differs_from(&self, other: &Self) -> Option<&'static str> {
-        const SHARED: [&str; 5] =
-            ["divergence", "operator_bonds", "force_form", "surface_correction", "partial_volume"];
+        const SHARED: [&str; 6] = [
+            "divergence",
+            "operator_bonds",
+            "force_form",
+            "surface_correction",
+            "partial_volume",
+            "storage",
+        ];
         if self.gradient_order() != other.gradient_order() {
             return Some("gradient_order");
         }

@@ -3,12 +3,10 @@
 //! One model and one horizon need no per-point constants; a body in which nothing can break needs no
 //! rule, and no second bond mask.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use crate::damage::{BondState, BreakRule, Interface};
-use crate::error::{Result, argument};
+use crate::error::Result;
 use crate::families::lattice::Lattice;
-use crate::families::{self, Families, LANES, Place, Property, Rim};
+use crate::families::{self, Families, Place, Property, Rim, Wanted};
 use crate::formulation::{Formulation, Materials, Scene};
 use crate::kernel::simd::SimdLevel;
 use crate::memory;
@@ -19,8 +17,6 @@ use crate::workers::Workers;
 /// All of a body that does not change while it moves.
 pub(crate) struct Plan {
     pub(crate) dimension: usize,
-    /// Places relative to the body's centre with real volumes (in 2D area times thickness).
-    pub(crate) places: Vec<Place>,
     pub(crate) density: Property,
     pub(crate) families: Families,
     pub(crate) formulation: Box<dyn Formulation>,
@@ -72,9 +68,17 @@ impl Plan {
         let places = places(points, &thickness)?;
         let farthest = points.order().farthest;
         let rim = rim(points, &models[0], &horizons)?;
-        let mut families =
-            families::find(workers, simd, dimension, &places, &horizons, rim, farthest)?;
-        refuse_bonds_without_length(workers, points, &families)?;
+        let mut families = families::find(Wanted {
+            workers,
+            simd,
+            dimension,
+            places,
+            horizons: &horizons,
+            rim,
+            farthest,
+            storage: models[0].storage(),
+            host: &points.order().host,
+        })?;
         let mut formulation = (models[0].formulation().prepare)(&materials)?;
         let rule = rule(&materials, &families, requests)?;
         formulation.know_rule(rule.as_ref());
@@ -82,17 +86,22 @@ impl Plan {
             && families.reach.is_sharp_and_uniform()
             && formulation.has_use_for_a_lattice()
         {
-            let lattice = Lattice::find(&places, &families, farthest)?;
-            families.lattice = lattice.filter(|lattice| {
-                lattice.count == places.len() || formulation.takes_part_of_a_lattice()
-            });
+            let count = families.places.len();
+            let lattice = Lattice::find(&families.places, &families, farthest)?;
+            families.lattice = lattice
+                .filter(|lattice| lattice.count == count || formulation.takes_part_of_a_lattice());
         }
         let crack_tolerance = crack_tolerance(points);
-        Ok(Self { dimension, places, density, families, formulation, rule, crack_tolerance, simd })
+        Ok(Self { dimension, density, families, formulation, rule, crack_tolerance, simd })
     }
 
     pub(crate) fn count(&self) -> usize {
-        self.places.len()
+        self.places().len()
+    }
+
+    /// Places relative to the body's centre with real volumes (in 2D area times thickness).
+    pub(crate) fn places(&self) -> &[Place] {
+        &self.families.places
     }
 
     /// Numbers that a sweep for forces or energies writes aside.
@@ -115,7 +124,7 @@ impl Plan {
     ) -> Scene<'a> {
         Scene {
             dimension: self.dimension,
-            places: &self.places,
+            places: self.places(),
             families: &self.families,
             bonds: bonds.view(),
             displacement,
@@ -135,33 +144,8 @@ impl Plan {
 
     /// Heap bytes held for points.
     pub(crate) fn point_bytes(&self) -> usize {
-        memory::bytes(&self.places) + self.density.bytes()
+        memory::bytes(&self.families.places) + self.density.bytes()
     }
-}
-
-/// Points can be so close that the square of their distance is no longer a number above zero.
-fn refuse_bonds_without_length(
-    workers: &Workers,
-    points: &Points,
-    families: &Families,
-) -> Result<()> {
-    let host = &points.order().host;
-    let first = AtomicUsize::new(usize::MAX);
-    workers.sweep(host.len(), (), |range, ()| {
-        let lanes = [range.start, range.end].map(|point| families.offsets[point] as usize * LANES);
-        if families.inverse_lengths[lanes[0]..lanes[1]].contains(&f64::INFINITY) {
-            first.fetch_min(range.start, Ordering::Relaxed);
-        }
-    });
-    for point in first.into_inner()..host.len() {
-        if let Some(bond) = families.bonds(point).find(|bond| bond.length == 0.0) {
-            return argument(format!(
-                "points {} and {} are too close to tell their distance; use other units",
-                host[point], host[bond.neighbor]
-            ));
-        }
-    }
-    Ok(())
 }
 
 /// 1e-9 of the edge of the mean point's cell, or what the rounding of coordinates may amount to.

@@ -105,21 +105,21 @@ impl Simulation {
         self.sum_over_points(|point| {
             let velocity = &self.state.current.velocity[point * dimension..(point + 1) * dimension];
             let squared: f64 = velocity.iter().map(|v| v * v).sum();
-            0.5 * plan.density.at(point) * plan.places[point][3] * squared
+            0.5 * plan.density.at(point) * plan.places()[point][3] * squared
         })
     }
 
     fn elastic(&self) -> Result<f64> {
         let built = self.built()?;
         let density = built.elastic_energy_density(&self.state.current.displacement)?;
-        let places = &built.plan.places;
+        let places = built.plan.places();
         self.sum_over_points(|point| density[point] * places[point][3])
     }
 
     /// By all there is, and by plastic flow alone.
     fn dissipated(&self) -> Result<[f64; 2]> {
         let built = self.built()?;
-        let (places, broken) = (&built.plan.places, &built.dissipated[0]);
+        let (places, broken) = (built.plan.places(), &built.dissipated[0]);
         if built.bonds.records.is_empty() {
             let whole = self.sum_over_points(|point| broken[point] * places[point][3])?;
             return Ok([whole, 0.0]);
@@ -287,7 +287,7 @@ impl Simulation {
             for bond in plan.families.bonds(point).filter(|bond| point < bond.neighbor) {
                 let (mut squared, mut change) = (0.0, 0.0);
                 for axis in 0..dimension {
-                    let reference = plan.places[bond.neighbor][axis] - plan.places[point][axis];
+                    let reference = plan.places()[bond.neighbor][axis] - plan.places()[point][axis];
                     let moved = displacement[bond.neighbor * dimension + axis]
                         - displacement[point * dimension + axis];
                     squared += (reference + moved).powi(2);

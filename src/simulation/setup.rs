@@ -323,10 +323,10 @@ impl Simulation {
             }
         }
         let Built { plan, workers, bonds, .. } = &mut built;
-        let Plan { dimension, places, families, formulation, simd, .. } = plan;
+        let Plan { dimension, families, formulation, simd, .. } = plan;
         formulation.refer_to(&Scene {
             dimension: *dimension,
-            places,
+            places: &families.places,
             families,
             bonds: bonds.view(),
             displacement: &[],
@@ -404,7 +404,7 @@ impl Built {
                     met += 1;
                 };
                 let tolerance = plan.crack_tolerance;
-                crack.for_each_crossing(&plan.families, &plan.places, centre, tolerance, cut);
+                crack.for_each_crossing(&plan.families, plan.places(), centre, tolerance, cut);
                 Ok((met == 0).then(|| {
                     "break_crossing: no bond crosses the crack; are its vertices in the units of the \
                      points?"

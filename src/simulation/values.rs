@@ -41,11 +41,11 @@ impl Simulation {
                 self.check_fresh(field)?;
                 self.reactions()?
             }
-            Field::Volume => self.per_point(|built, point| built.plan.places[point][3])?,
+            Field::Volume => self.per_point(|built, point| built.plan.places()[point][3])?,
             Field::Density => self.per_point(|built, point| built.plan.density.at(point))?,
             Field::Damage => self.swept(|built, values| {
                 let Built { workers, plan, bonds, .. } = built;
-                point_damage(workers, &plan.families, &plan.places, bonds, values);
+                point_damage(workers, &plan.families, plan.places(), bonds, values);
             })?,
             Field::StrainEnergyDensity => self.energy_density(EnergyPart::Strain)?,
             Field::StabilizationEnergyDensity => self.energy_density(EnergyPart::Stabilization)?,
@@ -131,7 +131,7 @@ impl Simulation {
         self.conditions.for_each_ruled(plan.dimension, |ruled| {
             let component = ruled.component;
             let body = State::body_force(host, &current.load, component);
-            let volume = plan.places[component / plan.dimension][3];
+            let volume = plan.places()[component / plan.dimension][3];
             reaction[component] = -volume * (current.force[component] + body);
         });
         Ok(Cow::Owned(reaction))

@@ -103,7 +103,7 @@ impl VerletStep<'_> {
         self.workers.sweep(plan.count(), outputs, |range, (velocity, acceleration, work)| {
             let mut sum = 0.0;
             for (number, point) in range.enumerate() {
-                let (density, volume) = (plan.density.at(point), plan.places[point][3]);
+                let (density, volume) = (plan.density.at(point), plan.places()[point][3]);
                 for axis in 0..dimension {
                     let (place, component) = (number * dimension + axis, point * dimension + axis);
                     let mut total = force[component];
@@ -147,7 +147,7 @@ impl VerletStep<'_> {
             let acting = |state: &Kinematics| {
                 state.force[component] + State::body_force(host, &state.load, component)
             };
-            let volume = plan.places[point][3];
+            let volume = plan.places()[point][3];
             work -= 0.5 * volume * (acting(current) + acting(next)) * moved;
             let (before, after) = (current.velocity[component], next.velocity[component]);
             work += 0.5 * plan.density.at(point) * volume * (after * after - before * before);

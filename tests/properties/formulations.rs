@@ -17,6 +17,7 @@ mod motion;
 mod partial_volume;
 mod precision;
 mod smoothed;
+mod storage;
 mod zigzag;
 
 use perion::{Field, Model, Simulation};

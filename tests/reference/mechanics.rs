@@ -14,9 +14,13 @@ fn bodies() -> impl Iterator<Item = Reference> {
 #[test]
 fn forces_are_those_of_the_reference() {
     for reference in bodies() {
-        let force = reference.body().get(Field::InternalForce).unwrap();
-        let expected = reference.numbers("bond_based/force");
-        assert_close(reference.name(), &force, &expected, TOLERANCE);
+        let mut lean = reference.model();
+        lean.choose("storage", "lean").unwrap();
+        for model in [reference.model(), lean] {
+            let force = reference.body_of(&model).get(Field::InternalForce).unwrap();
+            let expected = reference.numbers("bond_based/force");
+            assert_close(reference.name(), &force, &expected, TOLERANCE);
+        }
     }
 }
 

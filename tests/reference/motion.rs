@@ -44,9 +44,11 @@ fn run(reference: &Reference, body: &mut Simulation) -> History {
     history
 }
 
-fn compare(name: &str) -> Simulation {
+fn compare(name: &str, storage: &str) -> Simulation {
     let reference = Reference::load(name);
-    let mut body = body(&reference, &model(&reference));
+    let mut model = model(&reference);
+    model.choose("storage", storage).unwrap();
+    let mut body = body(&reference, &model);
     let history = run(&reference, &mut body);
     // The reference counts a broken bond at both of its ends.
     let ends: Vec<f64> = history.broken.iter().map(|bonds| 2.0 * bonds).collect();
@@ -72,16 +74,19 @@ fn compare(name: &str) -> Simulation {
 
 #[test]
 fn sixty_steps_of_a_whole_body_are_those_of_the_reference() {
-    let body = compare("verlet_bb");
-    let energy = body.energy().unwrap();
-    assert_eq!((energy.dissipated, energy.external_work), (0.0, 0.0));
+    for storage in ["fast", "lean"] {
+        let energy = compare("verlet_bb", storage).energy().unwrap();
+        assert_eq!((energy.dissipated, energy.external_work), (0.0, 0.0));
+    }
 }
 
 #[test]
 fn sixty_steps_of_a_breaking_body_are_those_of_the_reference() {
-    let body = compare("verlet_bb_fracture");
-    assert_eq!(body.step_count(), 60);
-    assert_eq!(body.health().unwrap().broken_bonds, 165);
+    for storage in ["fast", "lean"] {
+        let body = compare("verlet_bb_fracture", storage);
+        assert_eq!(body.step_count(), 60);
+        assert_eq!(body.health().unwrap().broken_bonds, 165);
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What is a lattice, and which points of a body are on it.
 
 use super::*;
-use crate::families::{Property, find};
+use crate::families::{Property, Storage, Wanted, find};
 use crate::kernel::simd::SimdLevel;
 use crate::workers::Workers;
 
@@ -19,10 +19,19 @@ fn block(counts: [usize; 3], spacing: [f64; 3]) -> Vec<Place> {
 }
 
 fn lattice(places: &[Place], horizon: f64) -> (Families, Option<Lattice>) {
-    let workers = Workers::new(1).unwrap();
-    let families =
-        find(&workers, SimdLevel::Baseline, 3, places, &Property::Uniform(horizon), None, 1.0)
-            .unwrap();
+    let host: Vec<u32> = (0..places.len() as u32).collect();
+    let families = find(Wanted {
+        workers: &Workers::new(1).unwrap(),
+        simd: SimdLevel::Baseline,
+        dimension: 3,
+        places: places.to_vec(),
+        horizons: &Property::Uniform(horizon),
+        rim: None,
+        farthest: 1.0,
+        storage: Storage::Fast,
+        host: &host,
+    })
+    .unwrap();
     let lattice = Lattice::find(places, &families, 1.0).unwrap();
     (families, lattice)
 }

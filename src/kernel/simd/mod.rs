@@ -143,6 +143,27 @@ pub(crate) trait Lanes:
 /// The least 1 + z that [`Lanes::shortfall`] takes the root of.
 const LEAST: f64 = 1e-15;
 
+/// A length, of which others are taken parts before roots: see [`Lanes::reciprocal_root`]. A power of two, so that no digit is lost.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Unit {
+    inverse: f64,
+    inverse_squared: f64,
+}
+
+impl Unit {
+    pub(crate) fn near(length: f64) -> Self {
+        let inverse = (-length.log2().round().clamp(-500.0, 500.0)).exp2();
+        Self { inverse, inverse_squared: inverse * inverse }
+    }
+
+    /// 1/L of L^2.
+    #[inline(always)]
+    pub(crate) fn inverse_length<S: Simd>(self, simd: S, squared: S::Lanes) -> S::Lanes {
+        let squared = squared * simd.splat(self.inverse_squared);
+        squared.reciprocal_root() * simd.splat(self.inverse)
+    }
+}
+
 /// Some of the lanes.
 pub(crate) trait Mask: Copy + BitAnd<Output = Self> {
     /// One bit a lane.

@@ -70,11 +70,11 @@ impl<'a> Linearised<'a> {
     /// v^T M w, over the mass of the first point: then units that are powers of two change no bit.
     pub(super) fn dot(&mut self, v: &[f64], w: &[f64]) -> f64 {
         let (plan, dimension) = (self.plan, self.plan.dimension);
-        let unit = plan.density.at(0) * plan.places[0][3];
+        let unit = plan.density.at(0) * plan.places()[0][3];
         let sum = self.workers.sum(plan.count(), &mut self.partial, |point| {
             let own = point * dimension..(point + 1) * dimension;
             let product: f64 = v[own.clone()].iter().zip(&w[own]).map(|(v, w)| v * w).sum();
-            plan.density.at(point) * plan.places[point][3] * product
+            plan.density.at(point) * plan.places()[point][3] * product
         });
         sum / unit
     }
