@@ -87,6 +87,11 @@ impl Weights {
         self.influence.at(point).value(self.dimension, length.min(horizon), horizon)
     }
 
+    /// Whether all points share horizon and influence function.
+    pub(super) fn are_uniform(&self) -> bool {
+        matches!(self.horizons, Property::Uniform(_)) && self.influence().is_some()
+    }
+
     /// The influence function, if all points share it.
     pub(super) fn influence(&self) -> Option<&Influence> {
         self.influence.only()

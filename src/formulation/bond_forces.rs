@@ -45,16 +45,17 @@ fn sweep_lattice<const D: usize>(
     force: &mut [f64],
     remaining: Option<&mut [u8]>,
 ) -> usize {
-    let sums = |parts: Parts<'_, D, 0>| {
-        let Parts { groups, seats, masks, broke, forces, .. } = parts;
-        scene.workers.sweep(seats, (forces, masks, broke), |range, (force, masks, broke)| {
-            let breaks = Breaks { masks: masks.0, broke: broke.0, judge: on.limits };
+    let first = |parts: &mut Parts<'_, D, 0>| {
+        let (groups, look, judge) = (parts.groups, parts.look, on.limits);
+        let outputs = (parts.forces.again(), parts.masks.again(), parts.broke.again());
+        scene.workers.sweep(parts.seats, outputs, |range, (force, masks, broke)| {
+            let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
             let range = range.start / LANES..range.end / LANES;
             scene.simd.run(BondSweep { groups, range, force: force.0, breaks });
         });
-        bond_constant * on.lattice.volume
     };
-    on.sweep(scene, |_| 1.0, sums, force, remaining)
+    let second = |_: Parts<'_, D, 0>, _: &Scene<'_>| bond_constant * on.lattice.volume;
+    on.sweep(scene, |_| 1.0, first, second, force, remaining)
 }
 
 /// As [`sweep`], of the points that have no seat on a lattice. Gives a number beyond all points where all is finite.

@@ -11,6 +11,7 @@ use super::body::{Body, Link, Weights};
 use super::breaking::Near;
 use super::constants;
 use super::correspondence_lanes::PENALTY_ROW;
+use super::correspondence_lattice::LatticeRows;
 use super::gradient::{Gradient, MOST, monomials, width};
 use super::kept_rows::KeptRows;
 use super::laws::{Laws, Sites};
@@ -91,6 +92,8 @@ pub(super) struct Correspondence {
     pub(super) order: usize,
     pub(super) strong: bool,
     pub(super) kept: KeptRows,
+    /// What sweeps over a lattice hold, where the body is one.
+    lattice: Option<LatticeRows>,
 }
 
 /// Without a penalty.
@@ -119,6 +122,7 @@ fn prepare(
         order: first.gradient_order(),
         strong: stabilisation == Stabilisation::None && first.is_strong(),
         kept: KeptRows::default(),
+        lattice: None,
     };
     Ok(Box::new(StateBased::new(materials, correspondence)?))
 }
@@ -267,11 +271,18 @@ impl Passes for Correspondence {
         if self.fits_lanes() {
             self.kept.refer_to(scene, &self.weights, self.order)?;
         }
+        if let Some(lattice) = &scene.families.lattice {
+            self.lattice = Some(LatticeRows::new(scene, lattice)?);
+        }
         Ok(())
     }
 
     fn gradient_order(&self) -> usize {
         self.order
+    }
+
+    fn has_use_for_a_lattice(&self) -> bool {
+        self.fits_lattice()
     }
 
     fn room_of_lanes(&self, points: usize, dimension: usize) -> usize {
@@ -296,6 +307,14 @@ impl Passes for Correspondence {
         force: &mut [f64],
         breaking: &mut Option<Breaking<'_>>,
     ) -> Option<usize> {
+        if let (Some(lattice), Some(rows)) = (&scene.families.lattice, &self.lattice) {
+            let omega = self.kept.omega(scene, &self.weights)?;
+            let on = (lattice, rows);
+            return match D {
+                3 => self.forces_on_lattice::<3, 9>(scene, on, omega, force, breaking),
+                _ => self.forces_on_lattice::<2, 4>(scene, on, omega, force, breaking),
+            };
+        }
         if self.is_stabilised() {
             return self.swept_forces::<D, D, PENALTY_ROW, true>(scene, room, force, breaking);
         }
@@ -415,7 +434,8 @@ impl Passes for Correspondence {
     }
 
     fn bytes(&self) -> usize {
-        self.laws.bytes() + self.penalty.bytes() + self.kept.bytes()
+        let lattice = self.lattice.as_ref().map_or(0, LatticeRows::bytes);
+        self.laws.bytes() + self.penalty.bytes() + self.kept.bytes() + lattice
     }
 }
 

@@ -97,7 +97,7 @@ impl Correspondence {
         !self.strong
     }
 
-    fn order(&self) -> Order {
+    pub(super) fn order(&self) -> Order {
         Order { order: self.order, looks_twice: true }
     }
 

@@ -198,7 +198,8 @@ impl Points<'_> {
     }
 }
 
-fn keep<const D: usize, const SIZE: usize>(
+/// Makes what is kept of a point.
+pub(super) fn keep<const D: usize, const SIZE: usize>(
     order: Order,
     horizon: f64,
     moments: &Moments,

@@ -10,6 +10,7 @@ mod breaking;
 mod constants;
 mod correspondence;
 mod correspondence_lanes;
+mod correspondence_lattice;
 mod gradient;
 mod in_lanes;
 mod kept_rows;

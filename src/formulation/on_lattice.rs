@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use super::Scene;
 use super::bond_laws::Limits;
+use crate::damage::BondsView;
 use crate::error::Result;
 use crate::families::lattice::{Lattice, NOBODY};
 use crate::families::{Families, LANES};
@@ -55,33 +56,39 @@ pub(super) struct Parts<'a, const D: usize, const N: usize> {
     pub(super) seats: usize,
     /// The length that is 1.
     pub(super) unit: f64,
+    /// Whether any bond can break.
+    pub(super) look: bool,
     pub(super) masks: PerPoint<'a, u8>,
     pub(super) broke: PerPoint<'a, bool>,
     /// `D` numbers a seat.
     pub(super) forces: PerPoint<'a, f64>,
-    pub(super) left: [Column<'a>; N],
+    pub(super) left: Columns<'a, N>,
 }
 
-/// Numbers of the cells from one on, shared out by groups.
-pub(super) struct Column<'a> {
-    pub(super) values: &'a mut [f64],
+/// Columns of numbers of the cells from one on, shared out by groups.
+pub(super) struct Columns<'a, const N: usize> {
+    pub(super) values: [&'a mut [f64]; N],
     pub(super) first: usize,
     /// First cell of each group.
     groups: &'a [u32],
 }
 
-impl Column<'_> {
+impl<const N: usize> Columns<'_, N> {
     /// The same numbers once more.
-    pub(super) fn again(&mut self) -> Column<'_> {
-        Column { values: &mut *self.values, first: self.first, groups: self.groups }
+    pub(super) fn again(&mut self) -> Columns<'_, N> {
+        let values = self.values.each_mut().map(|column| &mut **column);
+        Columns { values, first: self.first, groups: self.groups }
     }
 }
 
-impl Outputs for Column<'_> {
+impl<const N: usize> Outputs for Columns<'_, N> {
     fn split(self, _: usize, seat: usize) -> (Self, Self) {
         let Self { values, first, groups } = self;
         let middle = groups[seat / LANES] as usize;
-        let (low, high) = values.split_at_mut(middle - first);
+        let (mut low, mut high) = ([(); N].map(|()| &mut [][..]), [(); N].map(|()| &mut [][..]));
+        for ((low, high), values) in low.iter_mut().zip(&mut high).zip(values) {
+            (*low, *high) = values.split_at_mut(middle - first);
+        }
         (Self { values: low, first, groups }, Self { values: high, first: middle, groups })
     }
 }
@@ -177,16 +184,18 @@ fn place<const D: usize>(
 }
 
 impl OnLattice<'_> {
-    /// Forces per volume on the points of the lattice, from those of `sums`, which gives what they are to be multiplied
-    /// with; with `remaining`, which holds the masks as they are, bonds that break leave it first. `influence`: w of a
-    /// length. Gives the first point whose force is not finite, or a number beyond all points.
+    /// Forces per volume on the points of the lattice: `first` breaks bonds, and may make what `second` needs, which
+    /// completes the forces of seats in a scene of the bonds that are left, and gives what they are to be multiplied
+    /// with. With `remaining`, which holds the masks as they are, bonds that break leave it. `influence`: w of a length.
+    /// Gives the first point whose force is not finite, or a number beyond all points.
     pub(super) fn sweep<const D: usize, const N: usize>(
         &self,
         scene: &Scene<'_>,
         influence: impl Fn(f64) -> f64,
-        sums: impl FnOnce(Parts<'_, D, N>) -> f64,
+        first: impl FnOnce(&mut Parts<'_, D, N>),
+        second: impl FnOnce(Parts<'_, D, N>, &Scene<'_>) -> f64,
         force: &mut [f64],
-        remaining: Option<&mut [u8]>,
+        mut remaining: Option<&mut [u8]>,
     ) -> usize {
         let (lattice, workers, families) = (self.lattice, scene.workers, scene.families);
         let mut held = self.state.0.lock().unwrap_or_else(|poison| poison.into_inner());
@@ -207,55 +216,55 @@ impl OnLattice<'_> {
         let shifts = std::array::from_fn(|axis| &shifts[axis * stride..][..cells]);
         held.broke.fill(false);
         let mut left = left.chunks_mut(stride).map(|column| &mut column[..cells]);
-        let factor = sums(Parts {
+        let mut parts = Parts {
             groups: Groups::<D>::new(lattice, &held.legs, shifts),
             seats: lattice.members.len(),
             unit,
+            look: threshold.is_finite(),
             masks: PerPoint(&mut held.masks, lattice.row() / LANES),
             broke: PerPoint(&mut held.broke, 1),
             forces: PerPoint(&mut held.forces, D),
-            left: std::array::from_fn(|_| {
-                let values = left.next().unwrap_or_default();
-                Column { values, first: 0, groups: &lattice.groups }
-            }),
-        });
-        self.hand_out::<D>(scene, held, factor, force, remaining)
+            left: Columns {
+                values: std::array::from_fn(|_| left.next().unwrap_or_default()),
+                first: 0,
+                groups: &lattice.groups,
+            },
+        };
+        first(&mut parts);
+        let mut intact = scene.bonds.intact;
+        if let Some(remaining) = &mut remaining {
+            self.hand_out_breaks(scene, parts.broke.0, &mut held.followed, remaining);
+            intact = remaining;
+        }
+        let factor = second(parts, &Scene { bonds: BondsView { intact, ..scene.bonds }, ..*scene });
+        self.hand_out::<D>(scene, &held.forces, factor, force)
     }
 
-    /// Has points take the forces of their seats, and bonds' lists what broke in the groups.
-    fn hand_out<const D: usize>(
+    /// Has bonds' lists say what broke in the groups.
+    fn hand_out_breaks(
         &self,
         scene: &Scene<'_>,
-        held: &mut Held,
-        factor: f64,
-        force: &mut [f64],
-        remaining: Option<&mut [u8]>,
-    ) -> usize {
+        broke: &[bool],
+        followed: &mut [u8],
+        remaining: &mut [u8],
+    ) {
         let Self { lattice, limits, .. } = *self;
-        let (families, count) = (scene.families, scene.places.len());
-        let (forces, _) = held.forces.as_chunks::<LANES>();
-        let (broke, offsets) = (&held.broke, &families.offsets);
-        let bad = AtomicUsize::new(usize::MAX);
-        let remaining = remaining.map(|values| Ragged { values, offsets, width: 1 });
-        let followed = Ragged { values: &mut held.followed[..], offsets, width: 1 };
-        let outputs = (PerPoint(force, D), remaining, followed);
-        scene.workers.sweep(count, outputs, |range, (force, mut remaining, followed)| {
-            let first = offsets[range.start] as usize;
-            let (force, _) = force.0.as_chunks_mut::<D>();
-            for (force, point) in force.iter_mut().zip(range) {
-                let seat = lattice.seat_of[point];
-                if seat == NOBODY {
-                    continue;
-                }
-                let (group, lane) = (seat as usize / LANES, seat as usize % LANES);
-                let forces = &forces[group * D..(group + 1) * D];
-                for (force, forces) in force.iter_mut().zip(forces) {
-                    *force = factor * forces[lane];
-                }
-                if !force.iter().all(|component| component.is_finite()) {
-                    bad.fetch_min(point, Ordering::Relaxed);
-                }
-                if let (true, Some(remaining)) = (broke[group * LANES], &mut remaining) {
+        if !broke.contains(&true) {
+            return;
+        }
+        let (families, offsets) = (scene.families, &scene.families.offsets);
+        let remaining = Ragged { values: remaining, offsets, width: 1 };
+        let followed = Ragged { values: followed, offsets, width: 1 };
+        scene.workers.sweep(
+            scene.places.len(),
+            (remaining, followed),
+            |range, (remaining, followed)| {
+                let first = offsets[range.start] as usize;
+                for point in range {
+                    let seat = lattice.seat_of[point];
+                    if seat == NOBODY || !broke[seat as usize / LANES * LANES] {
+                        continue;
+                    }
                     for bond in families.bonds(point) {
                         if limits.breaks_bond(point, bond) {
                             let bit = 1 << (bond.slot % LANES);
@@ -266,6 +275,35 @@ impl OnLattice<'_> {
                     let blocks = families.blocks(point);
                     let blocks = blocks.start - first..blocks.end - first;
                     followed.values[blocks.clone()].copy_from_slice(&remaining.values[blocks]);
+                }
+            },
+        );
+    }
+
+    /// Has points take the forces of their seats.
+    fn hand_out<const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        forces: &[f64],
+        factor: f64,
+        force: &mut [f64],
+    ) -> usize {
+        let (forces, _) = forces.as_chunks::<LANES>();
+        let bad = AtomicUsize::new(usize::MAX);
+        scene.workers.sweep(scene.places.len(), PerPoint(force, D), |range, force| {
+            let (force, _) = force.0.as_chunks_mut::<D>();
+            for (force, point) in force.iter_mut().zip(range) {
+                let seat = self.lattice.seat_of[point];
+                if seat == NOBODY {
+                    continue;
+                }
+                let (group, lane) = (seat as usize / LANES, seat as usize % LANES);
+                let forces = &forces[group * D..(group + 1) * D];
+                for (force, forces) in force.iter_mut().zip(forces) {
+                    *force = factor * forces[lane];
+                }
+                if !force.iter().all(|component| component.is_finite()) {
+                    bad.fetch_min(point, Ordering::Relaxed);
                 }
             }
         });

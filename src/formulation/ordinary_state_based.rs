@@ -17,7 +17,7 @@ use super::{
 };
 use crate::damage::Breaking;
 use crate::error::{Error, Result};
-use crate::families::{LANES, Property};
+use crate::families::LANES;
 use crate::kernel::family::{Omega, Record};
 use crate::kernel::lattice::{Breaks, DilationSweep, Lps as Moduli, TensionSweep};
 use crate::kernel::ordinary_state_based::{OtherPull, OwnPull};
@@ -183,17 +183,19 @@ impl Lps {
         let [kappa, deviatoric] = *self.moduli.at(0);
         let moduli = Moduli { kappa, deviatoric };
         let influence = |length: f64| omega.influence.value(D, length, omega.horizon);
-        let sums = |parts: Parts<'_, D, 2>| {
-            let Parts { groups, seats, unit, mut masks, broke, forces, left: [mut a, mut b] } =
-                parts;
-            let outputs = (a.again(), b.again(), masks.again(), broke);
-            scene.workers.sweep(seats, outputs, |range, (a, b, masks, broke)| {
-                let breaks = Breaks { masks: masks.0, broke: broke.0, judge: on.limits };
+        let first = |parts: &mut Parts<'_, D, 2>| {
+            let (groups, look, judge) = (parts.groups, parts.look, on.limits);
+            let outputs = (parts.left.again(), parts.masks.again(), parts.broke.again());
+            scene.workers.sweep(parts.seats, outputs, |range, (left, masks, broke)| {
+                let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
                 let range = range.start / LANES..range.end / LANES;
-                let (first, left) = (a.first, [a.values, b.values]);
+                let (first, left) = (left.first, left.values);
                 scene.simd.run(DilationSweep { groups, moduli, range, first, left, breaks });
             });
-            let left = [&*a.values, &*b.values];
+        };
+        let second = |parts: Parts<'_, D, 2>, _: &Scene<'_>| {
+            let Parts { groups, seats, unit, masks, forces, left, .. } = parts;
+            let left = left.values.map(|column| &*column);
             scene.workers.sweep(seats, (forces, masks), |range, (force, masks)| {
                 let range = range.start / LANES..range.end / LANES;
                 let (force, masks) = (force.0, &*masks.0);
@@ -205,7 +207,7 @@ impl Lps {
             breaking.intact.copy_from_slice(scene.bonds.intact);
             &mut *breaking.intact
         });
-        let bad = on.sweep(scene, influence, sums, force, remaining);
+        let bad = on.sweep(scene, influence, first, second, force, remaining);
         (bad != usize::MAX).then_some(bad)
     }
 }
@@ -224,9 +226,8 @@ impl Passes for Lps {
     }
 
     fn has_use_for_a_lattice(&self) -> bool {
-        let uniform = matches!(self.weights.horizons, Property::Uniform(_));
-        let alike = self.moduli.only().is_some() && self.weights.influence().is_some();
-        alike && uniform && self.corrected.is_none()
+        let alike = self.moduli.only().is_some() && self.weights.are_uniform();
+        alike && self.corrected.is_none()
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {

@@ -119,7 +119,7 @@ where
 impl Stress {
     /// P = F (lambda tr(E) I + 2 mu E) of a displacement gradient, with 2 E = H + H^T + H^T H.
     #[inline(always)]
-    fn answer<S: Simd, const D: usize>(
+    pub(super) fn answer<S: Simd, const D: usize>(
         &self,
         simd: S,
         gradient: &[[S::Lanes; D]; D],

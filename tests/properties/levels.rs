@@ -116,7 +116,7 @@ fn mixed() -> Points {
 }
 
 /// Formulations that have sweeps of their own over lattices.
-const ON_LATTICES: [&str; 2] = ["bond_based", "ordinary_state_based"];
+const ON_LATTICES: [&str; 3] = ["bond_based", "ordinary_state_based", "correspondence"];
 
 fn model(formulation: &str, horizon: f64) -> Model {
     let mut model = Model::new(formulation).unwrap();

@@ -22,14 +22,23 @@ impl<J: Judge, const D: usize> Kernel for BondSweep<'_, J, D> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { groups, range, force, breaks: Breaks { masks, broke, judge } } = self;
+        let Self { groups, range, force, breaks: Breaks { masks, broke, judge, look } } = self;
         for (number, group) in range.enumerate() {
             let force = &mut force[number * D * LANES..(number + 1) * D * LANES];
             let masks = &mut masks[masks_of(&groups, number)];
-            let (beyond, finite) = if are_whole(masks) {
-                sum_up::<true, true, false, S, D>(simd, &groups, group, masks, force)
-            } else {
-                sum_up::<false, true, false, S, D>(simd, &groups, group, masks, force)
+            let (beyond, finite) = match (are_whole(masks), look) {
+                (true, true) => {
+                    sum_up::<true, true, false, S, D>(simd, &groups, group, masks, force)
+                }
+                (true, false) => {
+                    sum_up::<true, false, false, S, D>(simd, &groups, group, masks, force)
+                }
+                (false, true) => {
+                    sum_up::<false, true, false, S, D>(simd, &groups, group, masks, force)
+                }
+                (false, false) => {
+                    sum_up::<false, false, false, S, D>(simd, &groups, group, masks, force)
+                }
             };
             let broken = beyond && judged(groups, judge, group, masks);
             broke[number * LANES] |= broken;

@@ -4,6 +4,7 @@
 //! same bits where the ends of a bond move alike: 1/L - 1/l is exactly 0 there.
 
 mod bond_based;
+mod correspondence;
 mod ordinary_state_based;
 
 use super::simd::{Kernel, Lanes, Mask, Simd};
@@ -11,6 +12,7 @@ use crate::families::LANES;
 use crate::families::lattice::{Lattice, Step};
 
 pub(crate) use bond_based::BondSweep;
+pub(crate) use correspondence::{PullSweep, StressSweep, is_odd, kept_sums};
 pub(crate) use ordinary_state_based::{DilationSweep, Lps, TensionSweep};
 
 /// A step of the stencil, ready for a sweep.
@@ -24,6 +26,10 @@ pub(crate) struct Leg {
     inverse: f64,
     /// l^2 from which the judge is asked.
     limit: f64,
+    /// w
+    weight: f64,
+    /// w xi
+    weighted: [f64; 3],
     /// w L
     pull: f64,
     /// w L^2
@@ -62,6 +68,8 @@ impl<W: Fn(f64) -> f64> Kernel for Prepare<'_, W> {
                 reference,
                 inverse,
                 limit: squared * (1.0 + self.threshold),
+                weight,
+                weighted: reference.map(|along| weight * along),
                 pull: weight * length,
                 moment: weight * squared,
             };
@@ -120,6 +128,8 @@ pub(crate) struct Breaks<'a, J> {
     /// One a point: that of a group's first tells of bonds that have broken in it.
     pub(crate) broke: &'a mut [bool],
     pub(crate) judge: J,
+    /// Whether any can break at all.
+    pub(crate) look: bool,
 }
 
 /// Masks of a group of a range.
@@ -167,6 +177,8 @@ fn judged<const D: usize>(
 /// Bonds at a displacement.
 #[derive(Clone, Copy)]
 struct Pulled<F, const D: usize> {
+    /// y - xi
+    moved: [F; D],
     /// y
     bond: [F; D],
     /// l^2
@@ -228,14 +240,15 @@ fn stretch<S: Simd, const D: usize>(
     own: &[S::Lanes; D],
 ) -> Pulled<S::Lanes, D> {
     let there = cell.wrapping_add_signed(leg.cells);
-    let mut bond = *own;
+    let (mut moved, mut bond) = (*own, *own);
     for axis in 0..D {
         debug_assert!(there + S::WIDTH <= groups.shifts[axis].len());
         // SAFETY: the legs lead from the cells of groups to cells, as `Groups::new` has seen.
-        let moved = unsafe { groups.shifts[axis].get_unchecked(there..there + S::WIDTH) };
-        bond[axis] = simd.load(moved) - own[axis] + simd.splat(leg.reference[axis]);
+        let shifts = unsafe { groups.shifts[axis].get_unchecked(there..there + S::WIDTH) };
+        moved[axis] = simd.load(shifts) - own[axis];
+        bond[axis] = moved[axis] + simd.splat(leg.reference[axis]);
     }
-    Pulled { bond, square: square(bond), there }
+    Pulled { moved, bond, square: square(bond), there }
 }
 
 #[inline(always)]

@@ -35,7 +35,7 @@ impl<J: Judge, const D: usize> Kernel for DilationSweep<'_, J, D> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Self { groups, moduli, range, first, left, breaks } = self;
-        let Breaks { masks, broke, judge } = breaks;
+        let Breaks { masks, broke, judge, look } = breaks;
         let mut whole = 0.0;
         for leg in groups.legs {
             whole += leg.moment;
@@ -44,10 +44,13 @@ impl<J: Judge, const D: usize> Kernel for DilationSweep<'_, J, D> {
         for (number, group) in range.enumerate() {
             let place = groups.cell(group) - first;
             let masks = &mut masks[masks_of(&groups, number)];
-            let (beyond, finite) = if are_whole(masks) {
-                left.sum_up::<true, true, false, D>(&groups, group, masks, place)
-            } else {
-                left.sum_up::<false, true, false, D>(&groups, group, masks, place)
+            let (beyond, finite) = match (are_whole(masks), look) {
+                (true, true) => left.sum_up::<true, true, false, D>(&groups, group, masks, place),
+                (true, false) => left.sum_up::<true, false, false, D>(&groups, group, masks, place),
+                (false, true) => left.sum_up::<false, true, false, D>(&groups, group, masks, place),
+                (false, false) => {
+                    left.sum_up::<false, false, false, D>(&groups, group, masks, place)
+                }
             };
             let broken = beyond && judged(groups, judge, group, masks);
             broke[number * LANES] |= broken;
