@@ -60,7 +60,7 @@ mod workers;
 
 pub use conditions::{ConditionFunction, Quantity};
 pub use error::{Error, Result};
-pub use formulation::{FORMULATIONS, FormulationEntry, Operator};
+pub use formulation::{FORMULATIONS, FormulationEntry, Operator, Skips};
 pub use kernel::simd::SimdLevel;
 pub use material::MaterialBatch;
 pub use model::{Elastic, Influence, KEYS, Key, Kind, Model, Plane};

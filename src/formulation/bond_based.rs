@@ -6,9 +6,10 @@
 use std::f64::consts::PI;
 
 use super::body::{Body, ByModel, Link, Weights};
-use super::bond_forces;
+use super::bond_forces::{self, BondForces};
 use super::bond_laws::{Alike, Limits, Various, close_to};
 use super::breaking::stretch;
+use super::calm::Calm;
 use super::constants;
 use super::on_lattice::{LatticeState, OnLattice};
 use super::ordinary_state_based::extension;
@@ -53,10 +54,13 @@ struct BondBased {
     weights: Weights,
     /// For what lies across; bonds do not ask it.
     laws: ByModel<Law>,
+    breaks: bool,
     /// Bonds break at one stretch, if they do.
     breaks_alike: bool,
     /// What sweeps over the lattice hold, where there is one.
     lattice: Option<LatticeState>,
+    /// What is known of where nothing happens.
+    calm: Option<Calm>,
 }
 
 fn elastic(model: &Model, dimension: usize) -> Result<Elastic> {
@@ -124,6 +128,8 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         laws,
         breaks_alike,
         lattice,
+        breaks: false,
+        calm: None,
     }))
 }
 
@@ -211,6 +217,7 @@ impl Formulation for BondBased {
     }
 
     fn know_rule(&mut self, rule: Option<&BreakRule>) {
+        self.breaks = rule.is_some();
         self.breaks_alike = rule.is_none_or(|rule| rule.uniform().is_some());
     }
 
@@ -218,6 +225,7 @@ impl Formulation for BondBased {
         if let Some(lattice) = &scene.families.lattice {
             self.lattice = Some(LatticeState::new(scene, lattice, 0)?);
         }
+        self.calm = Some(Calm::new(scene, &self.weights.horizons, self.breaks)?);
         let Some(moduli) = &self.corrected else { return Ok(()) };
         let factors = surface::factors(
             scene,
@@ -247,9 +255,14 @@ impl Formulation for BondBased {
         let bad = match self.alike(scene, rule) {
             Some(law) => {
                 let lattice = self.on_lattice(scene, &law);
-                forces(scene, law, lattice, scratch, force, remaining)
+                let look = self.calm.as_ref().map(|calm| calm.look(scene));
+                let bonds = BondForces { law, lattice, look: look.as_ref() };
+                forces(scene, &bonds, scratch, force, remaining)
             }
-            None => forces(scene, various, None, scratch, force, remaining),
+            None => {
+                let bonds = BondForces { law: various, lattice: None, look: None };
+                forces(scene, &bonds, scratch, force, remaining)
+            }
         };
         if let Some(breaking) = breaking {
             bond_forces::book(scene, various, breaking);
@@ -310,19 +323,19 @@ impl Formulation for BondBased {
             + self.weights.bytes()
             + self.laws.bytes()
             + self.lattice.as_ref().map_or(0, LatticeState::bytes)
+            + self.calm.as_ref().map_or(0, Calm::bytes)
     }
 }
 
 fn forces(
     scene: &Scene<'_>,
-    law: impl BondLaw,
-    lattice: Option<OnLattice<'_>>,
+    bonds: &BondForces<'_, impl BondLaw>,
     scratch: &mut [f64],
     force: &mut [f64],
     remaining: Option<&mut [u8]>,
 ) -> Option<usize> {
     match scene.dimension {
-        3 => bond_forces::sweep::<3>(scene, law, lattice, scratch, force, remaining),
-        _ => bond_forces::sweep::<2>(scene, law, lattice, scratch, force, remaining),
+        3 => bonds.sweep::<3>(scene, scratch, force, remaining),
+        _ => bonds.sweep::<2>(scene, scratch, force, remaining),
     }
 }

@@ -1,87 +1,128 @@
 //! The sweeps of bond_based for forces: groups of a lattice where there is one, blocks of bonds elsewhere.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::Scene;
 use super::bond_laws::Various;
+use super::calm::Look;
 use super::on_lattice::{OnLattice, Parts};
 use crate::damage::Breaking;
 use crate::families::LANES;
+use crate::families::lattice::NOBODY;
 use crate::kernel::bond_based::{BondLaw, Cloud, ForceSweep, Record};
 use crate::kernel::lattice::{BondSweep, Breaks};
 use crate::workers::{PerPoint, Ragged};
 
-/// Forces per volume on all points; with `remaining`, bonds beyond their limit break first, and the masks without them
-/// are left there. Gives the first point whose force is not finite.
-pub(super) fn sweep<const D: usize>(
-    scene: &Scene<'_>,
-    law: impl BondLaw,
-    lattice: Option<OnLattice<'_>>,
-    scratch: &mut [f64],
-    force: &mut [f64],
-    mut remaining: Option<&mut [u8]>,
-) -> Option<usize> {
-    let count = scene.places.len();
-    let mut first = usize::MAX;
-    if lattice.as_ref().is_none_or(|on| on.lattice.count < count) {
-        let seats = lattice.as_ref().map(|on| &on.lattice.seat_of[..]);
-        let masks = remaining.as_deref_mut();
-        first = first.min(match scene.families.inverse_lengths {
-            Some(_) => sweep_cloud::<false, D>(scene, law, seats, scratch, force, masks),
-            None => sweep_cloud::<true, D>(scene, law, seats, scratch, force, masks),
-        });
-    }
-    if let Some(on) = lattice {
-        first = first.min(sweep_lattice::<D>(scene, law.factor(), &on, force, remaining));
-    }
-    (first != usize::MAX).then_some(first)
+/// How bonds pull in a sweep.
+pub(super) struct BondForces<'a, L> {
+    pub(super) law: L,
+    pub(super) lattice: Option<OnLattice<'a>>,
+    /// Where nothing happens.
+    pub(super) look: Option<&'a Look<'a>>,
 }
 
-/// As [`sweep`], of the points that have a seat on a lattice. Gives a number beyond all points where all is finite.
-fn sweep_lattice<const D: usize>(
-    scene: &Scene<'_>,
-    bond_constant: f64,
-    on: &OnLattice<'_>,
-    force: &mut [f64],
-    remaining: Option<&mut [u8]>,
-) -> usize {
-    let first = |parts: &mut Parts<'_, D, 0>| {
-        let (groups, look, judge) = (parts.groups, parts.look, on.limits);
-        let outputs = (parts.forces.again(), parts.masks.again(), parts.broke.again());
-        scene.workers.sweep(parts.seats, outputs, |range, (force, masks, broke)| {
-            let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
-            let range = range.start / LANES..range.end / LANES;
-            scene.simd.run(BondSweep { groups, range, force: force.0, breaks });
-        });
-    };
-    let second = |_: Parts<'_, D, 0>, _: &Scene<'_>| bond_constant * on.lattice.volume;
-    on.sweep(scene, |_| 1.0, first, second, force, remaining)
-}
-
-/// As [`sweep`], of the points that have no seat on a lattice. Gives a number beyond all points where all is finite.
-fn sweep_cloud<const LEAN: bool, const D: usize>(
-    scene: &Scene<'_>,
-    law: impl BondLaw,
-    seats: Option<&[u32]>,
-    scratch: &mut [f64],
-    force: &mut [f64],
-    remaining: Option<&mut [u8]>,
-) -> usize {
-    let count = scene.places.len();
-    let records = records_of::<LEAN, D>(scene, scratch);
-    let (intact, offsets) = (scene.bonds.intact, &scene.families.offsets);
-    let cloud = Cloud::new(scene.families, records, intact);
-    let bad = AtomicUsize::new(usize::MAX);
-    let remaining = remaining.map(|values| Ragged { values, offsets, width: 1 });
-    scene.workers.sweep(count, (PerPoint(force, D), remaining), |range, (force, remaining)| {
-        let remaining = remaining.map(|masks| masks.values);
-        let force = force.0;
-        let sweep = ForceSweep::<_, LEAN, D> { cloud, law, range, seats, force, remaining };
-        if let Some(point) = scene.simd.run(sweep) {
-            bad.fetch_min(point, Ordering::Relaxed);
+impl<L: BondLaw> BondForces<'_, L> {
+    /// Forces per volume on all points; with `remaining`, bonds beyond their limit break first, and the masks without them
+    /// are left there. Gives the first point whose force is not finite.
+    pub(super) fn sweep<const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        force: &mut [f64],
+        mut remaining: Option<&mut [u8]>,
+    ) -> Option<usize> {
+        let (lattice, count) = (&self.lattice, scene.places.len());
+        let mut first = usize::MAX;
+        if lattice.as_ref().is_none_or(|on| on.lattice.count < count) {
+            let masks = remaining.as_deref_mut();
+            first = first.min(match scene.families.inverse_lengths {
+                Some(_) => self.sweep_cloud::<false, D>(scene, scratch, force, masks),
+                None => self.sweep_cloud::<true, D>(scene, scratch, force, masks),
+            });
         }
-    });
-    bad.into_inner()
+        if let Some(on) = lattice {
+            first = first.min(self.sweep_lattice::<D>(scene, on, force, remaining));
+        }
+        (first != usize::MAX).then_some(first)
+    }
+
+    /// As [`BondForces::sweep`], of the points that have a seat on a lattice. Gives a number beyond all points where all
+    /// is finite.
+    fn sweep_lattice<const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        on: &OnLattice<'_>,
+        force: &mut [f64],
+        remaining: Option<&mut [u8]>,
+    ) -> usize {
+        let first = |parts: &mut Parts<'_, D, 0>| {
+            let (groups, judge) = (parts.groups, on.limits);
+            let outputs = (parts.forces.again(), parts.masks.again(), parts.broke.again());
+            scene.workers.sweep(parts.seats, outputs, |range, (force, masks, broke)| {
+                let mut look = parts.look;
+                if let Some(calm) = self.look.map(|calm| calm.at_seats(range.start, on.threshold)) {
+                    look &= !calm.are_short;
+                    if calm.rest {
+                        return force.0.fill(0.0);
+                    }
+                }
+                let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
+                let range = range.start / LANES..range.end / LANES;
+                let skips_bare = scene.skips.without_bonds;
+                scene.simd.run(BondSweep { groups, range, force: force.0, breaks, skips_bare });
+            });
+        };
+        let second = |_: Parts<'_, D, 0>, _: &Scene<'_>| self.law.factor() * on.lattice.volume;
+        on.sweep(scene, |_| 1.0, first, second, force, remaining)
+    }
+
+    /// As [`BondForces::sweep`], of the points that have no seat on a lattice. Gives a number beyond all points where all
+    /// is finite.
+    fn sweep_cloud<const LEAN: bool, const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        force: &mut [f64],
+        remaining: Option<&mut [u8]>,
+    ) -> usize {
+        let (law, count) = (self.law, scene.places.len());
+        let seats = self.lattice.as_ref().map(|on| &on.lattice.seat_of[..]);
+        let records = records_of::<LEAN, D>(scene, scratch);
+        let (intact, offsets) = (scene.bonds.intact, &scene.families.offsets);
+        let cloud = Cloud::new(scene.families, records, intact);
+        let bad = AtomicUsize::new(usize::MAX);
+        let threshold = law.least_threshold();
+        let remaining = remaining.map(|values| Ragged { values, offsets, width: 1 });
+        scene.workers.sweep(count, (PerPoint(force, D), remaining), |range, (force, remaining)| {
+            let mut remaining = remaining.map(|masks| masks.values);
+            let force = force.0;
+            if let Some(calm) = self.look.map(|calm| calm.at_points(range.start, threshold)) {
+                if calm.are_short {
+                    remaining = None;
+                }
+                if calm.rest {
+                    return rest::<D>(range, seats, force);
+                }
+            }
+            let skips_bare = scene.skips.without_bonds;
+            let sweep =
+                ForceSweep::<_, LEAN, D> { cloud, law, range, seats, force, remaining, skips_bare };
+            if let Some(point) = scene.simd.run(sweep) {
+                bad.fetch_min(point, Ordering::Relaxed);
+            }
+        });
+        bad.into_inner()
+    }
+}
+
+/// No force on points that have no seat.
+fn rest<const D: usize>(range: Range<usize>, seats: Option<&[u32]>, force: &mut [f64]) {
+    for (force, point) in force.chunks_exact_mut(D).zip(range) {
+        if seats.is_none_or(|seats| seats[point] == NOBODY) {
+            force.fill(0.0);
+        }
+    }
 }
 
 /// Numbers beyond those of the records that let the first of them begin a line of the cache.

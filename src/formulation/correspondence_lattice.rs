@@ -143,10 +143,10 @@ impl Correspondence {
                         let tensor = scaled(&product(&stress, &rows), lattice.volume * unit * unit);
                         let pull = applied(&tensor, &kept_sums(kept, lane));
                         let cell = lattice.cell(seat) - left.first;
-                        for axis in 0..D {
-                            force.0[(number / LANES * D + axis) * LANES + lane] = pull[axis];
-                            for column in 0..D {
-                                left.values[axis * D + column][cell] = tensor[axis][column];
+                        for (axis, (row, pull)) in tensor.iter().zip(pull).enumerate() {
+                            force.0[(number / LANES * D + axis) * LANES + lane] = pull;
+                            for (column, value) in row.iter().enumerate() {
+                                left.values[axis * D + column][cell] = *value;
                             }
                         }
                     }

@@ -7,6 +7,7 @@ mod bond_based;
 mod bond_forces;
 mod bond_laws;
 mod breaking;
+mod calm;
 mod constants;
 mod correspondence;
 mod correspondence_lanes;
@@ -27,6 +28,7 @@ mod state_based;
 mod surface;
 
 pub(crate) use body::Weights;
+pub use calm::Skips;
 pub(crate) use kinematics::Kinematics;
 pub use operators::Operator;
 pub(crate) use operators::{Derivative, ShapeTensor, differentiate, shape_tensors};
@@ -130,6 +132,8 @@ pub(crate) struct Scene<'a> {
     /// Whether materials may flow; else they answer with their elastic stiffness.
     pub(crate) flows: bool,
     pub(crate) simd: SimdLevel,
+    /// What may be left out where it changes nothing.
+    pub(crate) skips: Skips,
     /// Answers of laws with memory at this displacement, once they have been asked.
     pub(crate) asked: Option<Asked<'a>>,
 }

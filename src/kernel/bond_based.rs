@@ -69,6 +69,8 @@ pub(crate) trait BondLaw: Copy + Sync {
     ) -> S::Lanes;
     /// (l/L)^2 - 1 beyond which a bond comes close to its limit.
     fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes;
+    /// The least of these.
+    fn least_threshold(&self) -> f64;
     /// Whether a bond that comes close to its limit breaks.
     fn breaks(&self, point: usize, bond: Bond) -> bool;
 }
@@ -83,6 +85,8 @@ pub(crate) struct ForceSweep<'a, L, const LEAN: bool, const D: usize> {
     pub(crate) seats: Option<&'a [u32]>,
     pub(crate) force: &'a mut [f64],
     pub(crate) remaining: Option<&'a mut [u8]>,
+    /// Whether points without bonds are left out.
+    pub(crate) skips_bare: bool,
 }
 
 impl<L: BondLaw, const LEAN: bool, const D: usize> Kernel for ForceSweep<'_, L, LEAN, D> {
@@ -90,9 +94,9 @@ impl<L: BondLaw, const LEAN: bool, const D: usize> Kernel for ForceSweep<'_, L, 
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Option<usize> {
-        let Self { cloud, law, range, seats, force, remaining } = self;
+        let Self { cloud, law, range, seats, force, remaining, skips_bare } = self;
         assert_eq!(cloud.is_lean(), LEAN);
-        let pulls = Pulls::<_, _, LEAN> { simd, cloud, law, seats };
+        let pulls = Pulls::<_, _, LEAN> { simd, cloud, law, seats, skips_bare };
         match remaining {
             Some(remaining) => pulls.sum_up::<true, D>(range, force, remaining),
             None => pulls.sum_up::<false, D>(range, force, &mut []),
@@ -107,6 +111,7 @@ struct Pulls<'a, S, L, const LEAN: bool> {
     cloud: Cloud<'a>,
     law: L,
     seats: Option<&'a [u32]>,
+    skips_bare: bool,
 }
 
 /// Bonds at a displacement.
@@ -159,6 +164,10 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool> Pulls<'a, S, L, LEAN> {
             }
             let blocks = offsets[point] as usize..offsets[point + 1] as usize;
             let masks = &cloud.intact[blocks.clone()];
+            if self.skips_bare && masks.iter().all(|&mask| mask == 0) {
+                *force = [0.0; D];
+                continue;
+            }
             let (mut sum, beyond) = self.sum_bonds::<BREAK, D>(point, masks);
             if BREAK && beyond {
                 let remaining = &mut remaining[blocks.start - first..blocks.end - first];

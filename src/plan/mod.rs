@@ -7,7 +7,7 @@ use crate::damage::{BondState, BreakRule, Interface};
 use crate::error::Result;
 use crate::families::lattice::Lattice;
 use crate::families::{self, Families, Place, Property, Rim, Wanted};
-use crate::formulation::{Formulation, Materials, Scene};
+use crate::formulation::{Formulation, Materials, Scene, Skips};
 use crate::kernel::simd::SimdLevel;
 use crate::memory;
 use crate::model::{Damage, Model};
@@ -26,12 +26,15 @@ pub(crate) struct Plan {
     pub(crate) crack_tolerance: f64,
     /// Instructions that the inner loops run on.
     pub(crate) simd: SimdLevel,
+    /// What sweeps leave out where it changes nothing.
+    pub(crate) skips: Skips,
 }
 
 /// What the host has said of the body besides points and models.
 pub(crate) struct SceneRequests {
     /// Whether lattices are looked for.
     pub(crate) lattices: bool,
+    pub(crate) skips: Skips,
     /// Sets that no bond of which may break, as flags by inner place.
     pub(crate) protected: Option<Vec<bool>>,
     /// Interfaces with an energy release rate of their own.
@@ -40,7 +43,7 @@ pub(crate) struct SceneRequests {
 
 impl Default for SceneRequests {
     fn default() -> Self {
-        Self { lattices: true, protected: None, interfaces: Vec::new() }
+        Self { lattices: true, skips: Skips::default(), protected: None, interfaces: Vec::new() }
     }
 }
 
@@ -92,7 +95,16 @@ impl Plan {
                 .filter(|lattice| lattice.count == count || formulation.takes_part_of_a_lattice());
         }
         let crack_tolerance = crack_tolerance(points);
-        Ok(Self { dimension, density, families, formulation, rule, crack_tolerance, simd })
+        Ok(Self {
+            dimension,
+            density,
+            families,
+            formulation,
+            rule,
+            crack_tolerance,
+            simd,
+            skips: requests.skips,
+        })
     }
 
     pub(crate) fn count(&self) -> usize {
@@ -131,6 +143,7 @@ impl Plan {
             workers,
             flows: true,
             simd: self.simd,
+            skips: self.skips,
             asked: None,
         }
     }

@@ -18,6 +18,7 @@ use std::sync::{Mutex, OnceLock};
 
 use crate::conditions::{ConditionFunction, Conditions, Quantity, Source};
 use crate::error::{Result, argument, state};
+use crate::formulation::Skips;
 use crate::kernel::simd::SimdLevel;
 use crate::memory;
 use crate::model::Model;
@@ -150,6 +151,18 @@ impl Simulation {
             return refuse_after_setup("the choice of lattices");
         }
         self.scene_requests.lattices = look_for;
+        Ok(())
+    }
+
+    /// What sweeps leave out where it changes nothing; all of it by default. No choice changes a bit of the results.
+    ///
+    /// # Errors
+    /// `State` after set-up.
+    pub fn set_skips(&mut self, skips: Skips) -> Result<()> {
+        if self.built.get().is_some() {
+            return refuse_after_setup("the choice of what is left out");
+        }
+        self.scene_requests.skips = skips;
         Ok(())
     }
 

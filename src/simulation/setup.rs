@@ -323,7 +323,7 @@ impl Simulation {
             }
         }
         let Built { plan, workers, bonds, .. } = &mut built;
-        let Plan { dimension, families, formulation, simd, .. } = plan;
+        let Plan { dimension, families, formulation, simd, skips, .. } = plan;
         formulation.refer_to(&Scene {
             dimension: *dimension,
             places: &families.places,
@@ -333,6 +333,7 @@ impl Simulation {
             workers,
             flows: true,
             simd: *simd,
+            skips: *skips,
             asked: None,
         })?;
         for request in damage.filter(|request| !is_notch(request)) {

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::conditions::{Conditions, Quantity};
 use crate::damage::{BondState, Breaking};
+use crate::families::Property;
 use crate::plan::Plan;
 use crate::state::{Kinematics, State};
 use crate::workers::{PerBlock, PerPoint, Workers};
@@ -50,12 +51,15 @@ impl VerletStep<'_> {
         let Kinematics { displacement, velocity, .. } = &mut *self.next;
         let outputs = (PerPoint(displacement, dimension), PerPoint(velocity, dimension));
         self.workers.sweep(self.plan.count(), outputs, |range, (displacement, velocity)| {
-            let first = range.start * dimension;
-            for place in 0..range.len() * dimension {
-                let midway =
-                    current.velocity[first + place] + half * current.acceleration[first + place];
-                velocity.0[place] = midway;
-                displacement.0[place] = current.displacement[first + place] + step * midway;
+            let components = range.start * dimension..range.end * dimension;
+            let before = [&current.velocity, &current.acceleration, &current.displacement];
+            let [old_velocity, old_acceleration, old_displacement] =
+                before.map(|values| values[components.clone()].iter());
+            let next = velocity.0.iter_mut().zip(displacement.0);
+            let old = old_velocity.zip(old_acceleration).zip(old_displacement);
+            for ((midway, place), ((velocity, acceleration), before)) in next.zip(old) {
+                *midway = velocity + half * acceleration;
+                *place = before + step * *midway;
             }
         });
         let (current, next) = (self.current, &mut *self.next);
@@ -101,6 +105,29 @@ impl VerletStep<'_> {
             PerBlock(&mut *self.partial),
         );
         self.workers.sweep(plan.count(), outputs, |range, (velocity, acceleration, work)| {
+            if let (false, &Property::Uniform(density)) = (loaded, &plan.density) {
+                let components = range.start * dimension..range.end * dimension;
+                let moves = force[components.clone()].iter().zip(&displacement[components]);
+                let next = velocity.0.iter_mut().zip(acceleration.0);
+                let mut finite = true;
+                for ((velocity, acceleration), (force, displacement)) in next.zip(moves) {
+                    *acceleration = force / density;
+                    *velocity += half * *acceleration;
+                    finite &= velocity.is_finite() & displacement.is_finite();
+                }
+                if !finite {
+                    let of = |point: usize| point * dimension..(point + 1) * dimension;
+                    let rests = |point: usize| {
+                        let own = of(point - range.start);
+                        let mut moving = velocity.0[own].iter().chain(&displacement[of(point)]);
+                        moving.all(|component| component.is_finite())
+                    };
+                    let first = range.clone().find(|&point| !rests(point));
+                    bad.fetch_min(first.unwrap_or(range.start), Ordering::Relaxed);
+                }
+                work.0[0] = 0.0;
+                return;
+            }
             let mut sum = 0.0;
             for (number, point) in range.enumerate() {
                 let (density, volume) = (plan.density.at(point), plan.places()[point][3]);

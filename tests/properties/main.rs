@@ -23,5 +23,6 @@ mod isolated;
 mod levels;
 mod random;
 mod scene;
+mod skips;
 mod stability;
 mod tearing;

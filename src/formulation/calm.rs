@@ -1,0 +1,291 @@
+//! What a sweep may leave out where nothing happens: the forces of points whose families move as one, and the stretch
+//! test where no bond can have come close to its limit. Neither changes a bit of the result.
+//!
+//! Of each block of points the box of their displacements is known, and which blocks its bonds can lead to. Ends of a
+//! bond differ by no more than the boxes of these blocks together are wide.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::Scene;
+use crate::error::Result;
+use crate::families::lattice::{Lattice, NOBODY};
+use crate::families::{Families, Place, Property};
+use crate::memory;
+use crate::workers::{BLOCK, PerBlock, Workers, block_count};
+
+const PURPOSE: &str = "blocks of points";
+
+/// What sweeps leave out where it changes nothing. All by default.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Skips {
+    /// Forces of points whose families have not moved, or have moved as one.
+    pub at_rest: bool,
+    /// The stretch test where displacements differ by too little for any bond to break.
+    pub stretch_tests: bool,
+    /// Points without bonds.
+    pub without_bonds: bool,
+}
+
+impl Default for Skips {
+    fn default() -> Self {
+        Self { at_rest: true, stretch_tests: true, without_bonds: true }
+    }
+}
+
+/// Lowest and highest of each component.
+#[derive(Debug, Clone, Copy)]
+struct Extent([[f64; 2]; 3]);
+
+impl Extent {
+    const NOTHING: Self = Self([[f64::INFINITY, f64::NEG_INFINITY]; 3]);
+
+    fn add(&mut self, place: &[f64]) {
+        for (ends, &x) in self.0.iter_mut().zip(place) {
+            if !x.is_finite() {
+                *ends = [f64::NEG_INFINITY, f64::INFINITY];
+            }
+            ends[0] = if x < ends[0] { x } else { ends[0] };
+            ends[1] = if x > ends[1] { x } else { ends[1] };
+        }
+    }
+
+    fn join(&mut self, other: &Self) {
+        for (ends, other) in self.0.iter_mut().zip(&other.0) {
+            *ends = [ends[0].min(other[0]), ends[1].max(other[1])];
+        }
+    }
+
+    fn is_within(&self, reach: f64, other: &Self) -> bool {
+        let mut axes = self.0.iter().zip(&other.0);
+        axes.all(|(own, other)| own[0] - other[1] <= reach && other[0] - own[1] <= reach)
+    }
+}
+
+/// Lists of blocks, one after the other.
+#[derive(Debug, Default)]
+struct Lists {
+    ends: Vec<u32>,
+    blocks: Vec<u32>,
+}
+
+impl Lists {
+    fn of(&self, number: usize) -> &[u32] {
+        let first = if number == 0 { 0 } else { self.ends[number - 1] as usize };
+        &self.blocks[first..self.ends[number] as usize]
+    }
+
+    fn close(&mut self) -> Result<()> {
+        memory::push(&mut self.ends, self.blocks.len() as u32, PURPOSE)
+    }
+
+    fn bytes(&self) -> usize {
+        memory::bytes(&self.ends) + memory::bytes(&self.blocks)
+    }
+}
+
+/// Which blocks the bonds of blocks lead to, and how their points have moved.
+#[derive(Debug)]
+pub(super) struct Calm {
+    /// Of each block of points, and of each block of seats on the lattice.
+    points: Lists,
+    seats: Lists,
+    /// No bond that can break is shorter.
+    shortest: f64,
+    extents: Mutex<Vec<Extent>>,
+}
+
+impl Calm {
+    /// `horizons`: no bond is longer than the longest of them; `breaks`: whether bonds can break.
+    pub(super) fn new(scene: &Scene<'_>, horizons: &Property, breaks: bool) -> Result<Self> {
+        let longest = match horizons {
+            Property::Uniform(horizon) => *horizon,
+            Property::PerPoint(horizons) => horizons.iter().copied().fold(0.0, f64::max),
+        };
+        let points = near(scene.places, longest)?;
+        let seats = match &scene.families.lattice {
+            Some(lattice) => near_seats(lattice, &points, scene.places.len())?,
+            None => Lists::default(),
+        };
+        let blocks = block_count(scene.places.len());
+        let shortest = if breaks { shortest(scene.workers, scene.families)? } else { 0.0 };
+        let extents = Mutex::new(memory::filled(Extent::NOTHING, blocks, PURPOSE)?);
+        Ok(Self { points, seats, shortest, extents })
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        let extents = self.extents.lock().unwrap_or_else(PoisonError::into_inner);
+        self.points.bytes() + self.seats.bytes() + memory::bytes(&extents)
+    }
+
+    /// Looks at the displacements of a scene.
+    pub(super) fn look(&self, scene: &Scene<'_>) -> Look<'_> {
+        let mut extents = self.extents.lock().unwrap_or_else(PoisonError::into_inner);
+        let dimension = scene.dimension;
+        scene.workers.sweep(scene.places.len(), PerBlock(&mut extents[..]), |range, extents| {
+            let mut extent = Extent::NOTHING;
+            let own = &scene.displacement[range.start * dimension..range.end * dimension];
+            for shift in own.chunks_exact(dimension) {
+                extent.add(shift);
+            }
+            extents.0[0] = extent;
+        });
+        Look { calm: self, skips: scene.skips, extents }
+    }
+}
+
+/// Displacements, block by block.
+pub(super) struct Look<'a> {
+    calm: &'a Calm,
+    skips: Skips,
+    extents: MutexGuard<'a, Vec<Extent>>,
+}
+
+/// What can be said of the bonds of a block.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bonds {
+    /// Both ends of each have moved alike.
+    pub(super) rest: bool,
+    /// None can have stretched so far that it is to be looked at.
+    pub(super) are_short: bool,
+}
+
+impl Look<'_> {
+    /// Of the block that begins with a point; `threshold`: (l/L)^2 - 1 from which bonds are looked at.
+    pub(super) fn at_points(&self, first: usize, threshold: f64) -> Bonds {
+        self.judge(self.calm.points.of(first / BLOCK), threshold)
+    }
+
+    /// Of the block that begins with a seat on the lattice.
+    pub(super) fn at_seats(&self, first: usize, threshold: f64) -> Bonds {
+        self.judge(self.calm.seats.of(first / BLOCK), threshold)
+    }
+
+    fn judge(&self, blocks: &[u32], threshold: f64) -> Bonds {
+        let mut all = Extent::NOTHING;
+        for &block in blocks {
+            all.join(&self.extents[block as usize]);
+        }
+        let mut squared = 0.0;
+        for [low, high] in all.0 {
+            let width = if high >= low { high - low } else { 0.0 };
+            squared += width * width;
+        }
+        // (l/L)^2 - 1 is no more than t (2 + t) at a relative displacement t of L; with room for rounding.
+        let most = squared.sqrt() / self.calm.shortest;
+        let Skips { at_rest, stretch_tests, .. } = self.skips;
+        Bonds {
+            rest: at_rest && squared == 0.0,
+            are_short: stretch_tests && 1.001 * most * (2.0 + most) + 1e-12 < threshold,
+        }
+    }
+}
+
+/// The blocks within reach of each block, by the boxes around their points.
+fn near(places: &[Place], reach: f64) -> Result<Lists> {
+    let mut boxes = memory::filled(Extent::NOTHING, block_count(places.len()), PURPOSE)?;
+    for (extent, places) in boxes.iter_mut().zip(places.chunks(BLOCK)) {
+        places.iter().for_each(|place| extent.add(&place[..3]));
+    }
+    let mut whole = Extent::NOTHING;
+    boxes.iter().for_each(|extent| whole.join(extent));
+    let length = |axis: &usize| whole.0[*axis][1] - whole.0[*axis][0];
+    let axis = (0..3).max_by(|a, b| length(a).total_cmp(&length(b))).unwrap_or(0);
+    // Along the longest axis only those that begin before a block ends are looked at.
+    let mut order = memory::collected(0..boxes.len() as u32, PURPOSE)?;
+    let from = |block: u32| boxes[block as usize].0[axis][0];
+    order.sort_unstable_by(|&a, &b| from(a).total_cmp(&from(b)).then(a.cmp(&b)));
+    let widest = boxes.iter().map(|extent| extent.0[axis][1] - extent.0[axis][0]);
+    let widest = widest.fold(0.0, f64::max);
+    let reach = 1.001 * reach;
+    let mut lists = Lists::default();
+    for own in &boxes {
+        let [low, high] = own.0[axis];
+        let first = order.partition_point(|&block| from(block) < low - reach - widest);
+        let candidates = order[first..].iter().take_while(|&&block| from(block) <= high + reach);
+        for &block in candidates {
+            if own.is_within(reach, &boxes[block as usize]) {
+                memory::push(&mut lists.blocks, block, PURPOSE)?;
+            }
+        }
+        lists.close()?;
+    }
+    Ok(lists)
+}
+
+/// The same of blocks of seats.
+fn near_seats(lattice: &Lattice, points: &Lists, count: usize) -> Result<Lists> {
+    let mut lists = Lists::default();
+    let mut last = memory::filled(u32::MAX, block_count(count), PURPOSE)?;
+    for (number, members) in lattice.members.chunks(BLOCK).enumerate() {
+        for &member in members.iter().filter(|&&member| member != NOBODY) {
+            for &block in points.of(member as usize / BLOCK) {
+                if std::mem::replace(&mut last[block as usize], number as u32) != number as u32 {
+                    memory::push(&mut lists.blocks, block, PURPOSE)?;
+                }
+            }
+        }
+        lists.close()?;
+    }
+    Ok(lists)
+}
+
+/// Length of the shortest bond.
+fn shortest(workers: &Workers, families: &Families) -> Result<f64> {
+    let count = families.places.len();
+    let mut shortest = memory::filled(f64::INFINITY, block_count(count), PURPOSE)?;
+    workers.sweep(count, PerBlock(&mut shortest[..]), |range, shortest| {
+        for bond in range.flat_map(|point| families.bonds(point)) {
+            shortest.0[0] = shortest.0[0].min(bond.length);
+        }
+    });
+    Ok(shortest.into_iter().fold(f64::INFINITY, f64::min))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn calm(shortest: f64, moved: &[[f64; 2]]) -> Calm {
+        // Blocks in a row, each with the next.
+        let (mut points, last) = (Lists::default(), moved.len() - 1);
+        for number in 0..moved.len() {
+            points.blocks.extend(number.saturating_sub(1) as u32..=(number + 1).min(last) as u32);
+            points.close().unwrap();
+        }
+        let extents = moved.iter().map(|&ends| Extent([ends, [0.0; 2], [0.0; 2]])).collect();
+        Calm { points, seats: Lists::default(), shortest, extents: Mutex::new(extents) }
+    }
+
+    fn look(calm: &Calm) -> Look<'_> {
+        Look { calm, skips: Skips::default(), extents: calm.extents.lock().unwrap() }
+    }
+
+    #[test]
+    fn a_block_rests_where_all_it_leads_to_has_moved_alike() {
+        let calm = calm(1.0, &[[0.5, 0.5], [0.5, 0.5], [0.5, 0.5], [0.5, 0.6], [0.0, 0.0]]);
+        let look = look(&calm);
+        let rests = [0, 1, 2, 3, 4].map(|block| look.at_points(block * BLOCK, 0.1).rest);
+        assert_eq!(rests, [true, true, false, false, false]);
+    }
+
+    #[test]
+    fn the_stretch_test_is_left_out_only_where_it_cannot_fire() {
+        let calm = calm(2.0, &[[0.0, 0.1], [0.0, 0.02], [0.0, 0.02]]);
+        let look = look(&calm);
+        // A stretch of 0.05 in the first two, of 0.01 in the last.
+        for (threshold, short) in [(0.1026, true), (0.1024, false), (0.0202, false)] {
+            assert_eq!(look.at_points(0, threshold).are_short, short);
+        }
+        assert!(look.at_points(2 * BLOCK, 0.0202).are_short);
+        assert!(!look.at_points(2 * BLOCK, 0.0200).are_short);
+    }
+
+    #[test]
+    fn what_is_no_number_neither_rests_nor_is_short() {
+        let mut extent = Extent::NOTHING;
+        [[0.0, 0.0], [f64::NAN, 0.0]].iter().for_each(|shift| extent.add(shift));
+        let calm = calm(1.0, &[extent.0[0]]);
+        let bonds = look(&calm).at_points(0, f64::MAX);
+        assert!(!bonds.rest && !bonds.are_short);
+    }
+}
