@@ -3,6 +3,7 @@
 mod body;
 mod bond_associated;
 mod bond_associated_quadrature;
+mod bond_associated_quadrature_lanes;
 mod bond_based;
 mod bond_forces;
 mod bond_lattice;

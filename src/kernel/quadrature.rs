@@ -9,11 +9,77 @@ use std::ops::Range;
 use super::family::{Family, Table};
 use super::simd::{Kernel, Lanes, Simd};
 
-/// A law that is asked in lanes: Saint Venant-Kirchhoff with lambda and mu.
+/// A law that is asked at bonds.
+pub(crate) trait BondLaw<const D: usize> {
+    /// Energy and stress of the displacement gradients of the bonds from a slot on, of those in `bits`.
+    fn answer<S: Simd>(
+        &mut self,
+        simd: S,
+        family: &Family<'_>,
+        at: (usize, usize),
+        bits: u8,
+        gradient: &[[S::Lanes; D]; D],
+    ) -> (S::Lanes, [[S::Lanes; D]; D]);
+}
+
+/// Saint Venant-Kirchhoff with lambda and mu, in lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct Stress {
     pub(crate) lambda: f64,
     pub(crate) mu: f64,
+}
+
+/// One bond after the other: by point, slot, other end and displacement gradient.
+#[derive(Clone, Copy)]
+pub(crate) struct BondByBond<F>(pub(crate) F);
+
+impl<F, const D: usize> BondLaw<D> for BondByBond<F>
+where
+    F: FnMut(usize, usize, usize, &[[f64; D]; D]) -> (f64, [[f64; D]; D]),
+{
+    #[inline(always)]
+    fn answer<S: Simd>(
+        &mut self,
+        simd: S,
+        family: &Family<'_>,
+        (point, slot): (usize, usize),
+        bits: u8,
+        gradient: &[[S::Lanes; D]; D],
+    ) -> (S::Lanes, [[S::Lanes; D]; D]) {
+        let (mut gradients, mut stresses) = ([[[0.0; 8]; D]; D], [[[0.0; 8]; D]; D]);
+        let mut energies = [0.0; 8];
+        for row in 0..D {
+            for column in 0..D {
+                gradient[row][column].store(&mut gradients[row][column]);
+            }
+        }
+        let names = family.names::<S>(slot);
+        for lane in 0..S::WIDTH {
+            if bits >> lane & 1 == 0 {
+                continue;
+            }
+            let mut own = [[0.0; D]; D];
+            for row in 0..D {
+                for column in 0..D {
+                    own[row][column] = gradients[row][column][lane];
+                }
+            }
+            let (energy, stress) = (self.0)(point, slot + lane, names[lane] as usize, &own);
+            energies[lane] = energy;
+            for row in 0..D {
+                for column in 0..D {
+                    stresses[row][column][lane] = stress[row][column];
+                }
+            }
+        }
+        let mut stress = *gradient;
+        for row in 0..D {
+            for column in 0..D {
+                stress[row][column] = simd.load(&stresses[row][column]);
+            }
+        }
+        (simd.load(&energies), stress)
+    }
 }
 
 /// Where a row of the table has 1/sum w V, behind the gradient.
@@ -26,84 +92,141 @@ pub(crate) const fn odd_place(dimension: usize) -> usize {
     weight_place(dimension) + 1
 }
 
-/// Gives Z_i and the force of all bonds themselves to `finish`, for the points of a range; and whether one of the
-/// ends does not span the body, so that bonds are to be asked otherwise.
-pub(crate) struct BondStresses<'a, F, const D: usize, const C: usize> {
+/// What sweeps over the middles of bonds share.
+#[derive(Clone, Copy)]
+pub(crate) struct Middles<'a, const C: usize> {
     pub(crate) family: Family<'a>,
     pub(crate) table: Table<'a, C>,
-    pub(crate) stress: Stress,
+}
+
+/// The middles of a block of bonds.
+struct Middle<F, const D: usize> {
+    slot: usize,
+    bits: u8,
+    /// xi and xi/L^2
+    reference: [F; D],
+    along: [F; D],
+    /// H_ij
+    gradient: [[F; D]; D],
+    /// 1/sum w V of the other end, half of that of the own.
+    other_weight: F,
+    own_half_weight: F,
+    volume: F,
+}
+
+impl<const C: usize> Middles<'_, C> {
+    /// Calls `take` for the blocks of a point; gives whether one of the ends does not span the body.
+    #[inline(always)]
+    fn each<S: Simd, const D: usize>(
+        &self,
+        simd: S,
+        point: usize,
+        mut take: impl FnMut(Middle<S::Lanes, D>),
+    ) -> bool {
+        let Self { family, table } = *self;
+        let (zero, one, half) = (simd.splat(0.0), simd.splat(1.0), simd.splat(0.5));
+        let own = family.own(simd, point);
+        let row = table.row(point);
+        let mut own_half = [[zero; D]; D];
+        for axis in 0..D {
+            for column in 0..D {
+                own_half[axis][column] = simd.splat(0.5 * row[axis * D + column]);
+            }
+        }
+        let own_half_weight = simd.splat(0.5 * row[weight_place(D)]);
+        let mut odd = zero;
+        let (start, end) = family.slots(point);
+        for slot in (start..end).step_by(S::WIDTH) {
+            let bits = family.bits(slot);
+            let mask = simd.mask(bits);
+            let bonds = family.bonds::<S, D>(simd, &own, slot);
+            let xi = bonds.reference;
+            let mut columns = [zero; C];
+            for first in (0..=odd_place(D)).step_by(4) {
+                // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
+                let four = unsafe { table.columns(simd, first, family.names::<S>(slot)) };
+                columns[first..first + 4].copy_from_slice(&four);
+            }
+            odd = odd + columns[odd_place(D)].only(mask);
+            let mut squared = xi[0] * xi[0];
+            for x in &xi[1..] {
+                squared = x.mul_add(*x, squared);
+            }
+            // Lanes without a bond have no length.
+            let inverse = squared.or(mask, one).reciprocal();
+            let (mut along, mut gradient) = (xi, own_half);
+            for axis in 0..D {
+                along[axis] = xi[axis] * inverse;
+                let mut unseen = bonds.moved[axis];
+                for column in 0..D {
+                    let mean = columns[axis * D + column].mul_add(half, own_half[axis][column]);
+                    gradient[axis][column] = mean;
+                    unseen = mean.mul_sub_from(xi[column], unseen);
+                }
+                for column in 0..D {
+                    gradient[axis][column] =
+                        unseen.mul_add(xi[column] * inverse, gradient[axis][column]);
+                }
+            }
+            take(Middle {
+                slot,
+                bits,
+                reference: xi,
+                along,
+                gradient,
+                other_weight: columns[weight_place(D)],
+                own_half_weight,
+                volume: bonds.volume,
+            });
+        }
+        odd.total() > 0.0 || row[odd_place(D)] > 0.0
+    }
+}
+
+/// Gives Z_i and the force of all bonds themselves to `finish`, for the points of a range that are wanted; and whether
+/// one of the ends does not span the body, so that bonds are to be asked otherwise.
+pub(crate) struct BondStresses<'a, L, W, F, const D: usize, const C: usize> {
+    pub(crate) middles: Middles<'a, C>,
+    pub(crate) law: L,
     pub(crate) range: Range<usize>,
+    pub(crate) wanted: W,
     pub(crate) finish: F,
 }
 
-impl<F, const D: usize, const C: usize> Kernel for BondStresses<'_, F, D, C>
+impl<L, W, F, const D: usize, const C: usize> Kernel for BondStresses<'_, L, W, F, D, C>
 where
+    L: BondLaw<D>,
+    W: Fn(usize) -> bool,
     F: FnMut(usize, &[[f64; D]; D], &[f64; D], bool),
 {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { family, table, stress, range, mut finish } = self;
-        let (zero, one, half) = (simd.splat(0.0), simd.splat(1.0), simd.splat(0.5));
+        let Self { middles, mut law, range, wanted, mut finish } = self;
+        let (family, zero, half) = (middles.family, simd.splat(0.0), simd.splat(0.5));
         for point in range {
-            let own = family.own(simd, point);
-            let row = table.row(point);
-            let mut own_half = [[zero; D]; D];
-            for axis in 0..D {
-                for column in 0..D {
-                    own_half[axis][column] = simd.splat(0.5 * row[axis * D + column]);
-                }
+            if !wanted(point) {
+                continue;
             }
-            let own_weight = simd.splat(0.5 * row[weight_place(D)]);
-            let (mut through, mut straight, mut odd) = ([[zero; D]; D], [zero; D], zero);
-            let (start, end) = family.slots(point);
-            for slot in (start..end).step_by(S::WIDTH) {
-                let mask = simd.mask(family.bits(slot));
-                let bonds = family.bonds::<S, D>(simd, &own, slot);
-                let xi = bonds.reference;
-                let mut columns = [zero; C];
-                for first in (0..=odd_place(D)).step_by(4) {
-                    // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
-                    let four = unsafe { table.columns(simd, first, family.names::<S>(slot)) };
-                    columns[first..first + 4].copy_from_slice(&four);
-                }
-                odd = odd + columns[odd_place(D)].only(mask);
-                let mut squared = xi[0] * xi[0];
-                for x in &xi[1..] {
-                    squared = x.mul_add(*x, squared);
-                }
-                // Lanes without a bond have no length.
-                let inverse = squared.or(mask, one).reciprocal();
-                let (mut along, mut gradient) = (xi, own_half);
+            let (mut through, mut straight) = ([[zero; D]; D], [zero; D]);
+            let odd = middles.each(simd, point, |at: Middle<S::Lanes, D>| {
+                let (_, stress) =
+                    law.answer(simd, &family, (point, at.slot), at.bits, &at.gradient);
+                let weight = at.other_weight.mul_add(half, at.own_half_weight) * at.volume;
+                let weight = family.weighted(simd, at.slot, weight).only(simd.mask(at.bits));
                 for axis in 0..D {
-                    along[axis] = xi[axis] * inverse;
-                    let mut unseen = bonds.moved[axis];
-                    for column in 0..D {
-                        let mean = columns[axis * D + column].mul_add(half, own_half[axis][column]);
-                        gradient[axis][column] = mean;
-                        unseen = mean.mul_sub_from(xi[column], unseen);
-                    }
-                    for column in 0..D {
-                        gradient[axis][column] =
-                            unseen.mul_add(xi[column] * inverse, gradient[axis][column]);
-                    }
-                }
-                let stress = stress.answer::<S, D>(simd, &gradient);
-                let weight = columns[weight_place(D)].mul_add(half, own_weight) * bonds.volume;
-                let weight = family.weighted(simd, slot, weight).only(mask);
-                for axis in 0..D {
-                    let mut pull = stress[axis][0] * along[0];
+                    let mut pull = stress[axis][0] * at.along[0];
                     for column in 1..D {
-                        pull = stress[axis][column].mul_add(along[column], pull);
+                        pull = stress[axis][column].mul_add(at.along[column], pull);
                     }
                     straight[axis] = weight.mul_add(pull, straight[axis]);
                     for column in 0..D {
-                        let across = pull.mul_sub_from(xi[column], stress[axis][column]);
+                        let across = pull.mul_sub_from(at.reference[column], stress[axis][column]);
                         through[axis][column] = weight.mul_add(across, through[axis][column]);
                     }
                 }
-            }
+            });
             let (mut sum, mut force) = ([[0.0; D]; D], [0.0; D]);
             for axis in 0..D {
                 force[axis] = 2.0 * straight[axis].total();
@@ -111,19 +234,59 @@ where
                     sum[axis][column] = through[axis][column].total();
                 }
             }
-            finish(point, &sum, &force, odd.total() > 0.0 || row[odd_place(D)] > 0.0);
+            finish(point, &sum, &force, odd);
         }
     }
 }
 
-impl Stress {
-    /// P = F (lambda tr(E) I + 2 mu E) of a displacement gradient, with 2 E = H + H^T + H^T H.
+/// Gives sum w W_ij V_j/sum w V to `finish` in the same way.
+pub(crate) struct BondEnergies<'a, L, W, F, const D: usize, const C: usize> {
+    pub(crate) middles: Middles<'a, C>,
+    pub(crate) law: L,
+    pub(crate) range: Range<usize>,
+    pub(crate) wanted: W,
+    pub(crate) finish: F,
+}
+
+impl<L, W, F, const D: usize, const C: usize> Kernel for BondEnergies<'_, L, W, F, D, C>
+where
+    L: BondLaw<D>,
+    W: Fn(usize) -> bool,
+    F: FnMut(usize, f64, bool),
+{
+    type Output = ();
+
     #[inline(always)]
-    fn answer<S: Simd, const D: usize>(
-        &self,
+    fn run<S: Simd>(self, simd: S) {
+        let Self { middles, mut law, range, wanted, mut finish } = self;
+        let family = middles.family;
+        for point in range {
+            if !wanted(point) {
+                continue;
+            }
+            let mut sum = simd.splat(0.0);
+            let odd = middles.each(simd, point, |at: Middle<S::Lanes, D>| {
+                let (energy, _) =
+                    law.answer(simd, &family, (point, at.slot), at.bits, &at.gradient);
+                let held = family.weighted(simd, at.slot, energy * at.volume);
+                sum = sum + held.only(simd.mask(at.bits));
+            });
+            finish(point, sum.total() * middles.table.row(point)[weight_place(D)], odd);
+        }
+    }
+}
+
+impl<const D: usize> BondLaw<D> for Stress {
+    /// W = lambda/2 tr(E)^2 + mu E:E and P = F (lambda tr(E) I + 2 mu E), with 2 E = H + H^T + H^T H.
+    #[inline(always)]
+    fn answer<S: Simd>(
+        &mut self,
         simd: S,
+        _: &Family<'_>,
+        _: (usize, usize),
+        _: u8,
         gradient: &[[S::Lanes; D]; D],
-    ) -> [[S::Lanes; D]; D] {
+    ) -> (S::Lanes, [[S::Lanes; D]; D]) {
         let (half_lambda, mu) = (simd.splat(0.5 * self.lambda), simd.splat(self.mu));
         let mut second = *gradient;
         for row in 0..D {
@@ -140,13 +303,18 @@ impl Stress {
             trace = trace + second[axis][axis];
         }
         let pressure = half_lambda * trace;
+        let (mut held, mut sheared) = (pressure * trace, simd.splat(0.0));
         for row in 0..D {
             for column in row..D {
-                let shear = mu * second[row][column];
-                second[row][column] = if row == column { shear + pressure } else { shear };
+                let strain = second[row][column];
+                let shear = mu * strain;
+                let diagonal = row == column;
+                sheared = shear.mul_add(if diagonal { strain } else { strain + strain }, sheared);
+                second[row][column] = if diagonal { shear + pressure } else { shear };
                 second[column][row] = second[row][column];
             }
         }
+        held = (held + sheared) * simd.splat(0.25);
         let mut stress = second;
         for row in 0..D {
             for column in 0..D {
@@ -156,6 +324,6 @@ impl Stress {
                 }
             }
         }
-        stress
+        (held, stress)
     }
 }
