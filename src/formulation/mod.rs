@@ -12,6 +12,7 @@ mod breaking;
 mod constants;
 mod correspondence;
 mod correspondence_lanes;
+mod extension_lanes;
 mod gradient;
 mod in_lanes;
 mod kept_rows;

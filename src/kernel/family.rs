@@ -180,18 +180,22 @@ impl<'a> Family<'a> {
         self.omega.influence != Influence::Constant
     }
 
+    /// 1/L of the bonds from a slot on.
+    #[inline(always)]
+    pub(super) fn inverse_lengths<S: Simd>(&self, simd: S, slot: usize) -> S::Lanes {
+        debug_assert!(slot + S::WIDTH <= self.families.inverse_lengths.len());
+        prefetch(&self.families.inverse_lengths, slot + AHEAD * LANES);
+        // SAFETY: slots are those of a point's blocks, which end before the lists do.
+        simd.load(unsafe { self.families.inverse_lengths.get_unchecked(slot..slot + S::WIDTH) })
+    }
+
     /// omega of the bonds from a slot on; in the rim of the horizon that at the horizon.
     #[inline(always)]
     pub(super) fn weights<S: Simd>(&self, simd: S, slot: usize) -> S::Lanes {
         let Omega { influence, dimension, horizon } = self.omega;
-        debug_assert!(slot + S::WIDTH <= self.families.inverse_lengths.len());
-        prefetch(&self.families.inverse_lengths, slot + AHEAD * LANES);
-        // SAFETY: slots are those of a point's blocks, which end before the lists do.
-        let inverses =
-            unsafe { self.families.inverse_lengths.get_unchecked(slot..slot + S::WIDTH) };
         let one = simd.splat(1.0);
         // horizon/L
-        let closeness = (simd.load(inverses) * simd.splat(horizon)).max(one);
+        let closeness = (self.inverse_lengths(simd, slot) * simd.splat(horizon)).max(one);
         match influence {
             Influence::Constant => one,
             Influence::Inverse => closeness,

@@ -99,87 +99,82 @@ pub(crate) struct Middles<'a, const C: usize> {
     pub(crate) table: Table<'a, C>,
 }
 
+/// What the middles of all bonds of a point share.
+struct End<F, const D: usize> {
+    record: [F; 8],
+    /// Halves of its gradient and of 1/sum w V.
+    half_gradient: [[F; D]; D],
+    half_weight: F,
+}
+
 /// The middles of a block of bonds.
 struct Middle<F, const D: usize> {
-    slot: usize,
-    bits: u8,
     /// xi and xi/L^2
     reference: [F; D],
     along: [F; D],
     /// H_ij
     gradient: [[F; D]; D],
-    /// 1/sum w V of the other end, half of that of the own.
-    other_weight: F,
-    own_half_weight: F,
+    /// 1/sum w V of the other end, and 1 if its family does not span the body.
+    weight: F,
+    odd: F,
     volume: F,
 }
 
 impl<const C: usize> Middles<'_, C> {
-    /// Calls `take` for the blocks of a point; gives whether one of the ends does not span the body.
     #[inline(always)]
-    fn each<S: Simd, const D: usize>(
-        &self,
-        simd: S,
-        point: usize,
-        mut take: impl FnMut(Middle<S::Lanes, D>),
-    ) -> bool {
-        let Self { family, table } = *self;
-        let (zero, one, half) = (simd.splat(0.0), simd.splat(1.0), simd.splat(0.5));
-        let own = family.own(simd, point);
-        let row = table.row(point);
-        let mut own_half = [[zero; D]; D];
+    fn end<S: Simd, const D: usize>(&self, simd: S, point: usize) -> End<S::Lanes, D> {
+        let row = self.table.row(point);
+        let mut half_gradient = [[simd.splat(0.0); D]; D];
         for axis in 0..D {
             for column in 0..D {
-                own_half[axis][column] = simd.splat(0.5 * row[axis * D + column]);
+                half_gradient[axis][column] = simd.splat(0.5 * row[axis * D + column]);
             }
         }
-        let own_half_weight = simd.splat(0.5 * row[weight_place(D)]);
-        let mut odd = zero;
-        let (start, end) = family.slots(point);
-        for slot in (start..end).step_by(S::WIDTH) {
-            let bits = family.bits(slot);
-            let mask = simd.mask(bits);
-            let bonds = family.bonds::<S, D>(simd, &own, slot);
-            let xi = bonds.reference;
-            let mut columns = [zero; C];
-            for first in (0..=odd_place(D)).step_by(4) {
-                // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
-                let four = unsafe { table.columns(simd, first, family.names::<S>(slot)) };
-                columns[first..first + 4].copy_from_slice(&four);
-            }
-            odd = odd + columns[odd_place(D)].only(mask);
-            let mut squared = xi[0] * xi[0];
-            for x in &xi[1..] {
-                squared = x.mul_add(*x, squared);
-            }
-            // Lanes without a bond have no length.
-            let inverse = squared.or(mask, one).reciprocal();
-            let (mut along, mut gradient) = (xi, own_half);
-            for axis in 0..D {
-                along[axis] = xi[axis] * inverse;
-                let mut unseen = bonds.moved[axis];
-                for column in 0..D {
-                    let mean = columns[axis * D + column].mul_add(half, own_half[axis][column]);
-                    gradient[axis][column] = mean;
-                    unseen = mean.mul_sub_from(xi[column], unseen);
-                }
-                for column in 0..D {
-                    gradient[axis][column] =
-                        unseen.mul_add(xi[column] * inverse, gradient[axis][column]);
-                }
-            }
-            take(Middle {
-                slot,
-                bits,
-                reference: xi,
-                along,
-                gradient,
-                other_weight: columns[weight_place(D)],
-                own_half_weight,
-                volume: bonds.volume,
-            });
+        let half_weight = simd.splat(0.5 * row[weight_place(D)]);
+        End { record: self.family.own(simd, point), half_gradient, half_weight }
+    }
+
+    #[inline(always)]
+    fn at<S: Simd, const D: usize>(
+        &self,
+        simd: S,
+        end: &End<S::Lanes, D>,
+        slot: usize,
+        mask: S::Mask,
+    ) -> Middle<S::Lanes, D> {
+        let Self { family, table } = *self;
+        let (zero, one, half) = (simd.splat(0.0), simd.splat(1.0), simd.splat(0.5));
+        let bonds = family.bonds::<S, D>(simd, &end.record, slot);
+        let xi = bonds.reference;
+        let mut columns = [zero; C];
+        for first in (0..odd_place(D) + 1).step_by(4) {
+            // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
+            let four = unsafe { table.columns(simd, first, family.names::<S>(slot)) };
+            columns[first..first + 4].copy_from_slice(&four);
         }
-        odd.total() > 0.0 || row[odd_place(D)] > 0.0
+        let mut squared = xi[0] * xi[0];
+        for x in &xi[1..] {
+            squared = x.mul_add(*x, squared);
+        }
+        // Lanes without a bond have no length.
+        let inverse = squared.or(mask, one).reciprocal();
+        let (mut along, mut gradient) = (xi, end.half_gradient);
+        for axis in 0..D {
+            along[axis] = xi[axis] * inverse;
+            let mut unseen = bonds.moved[axis];
+            for column in 0..D {
+                let own = end.half_gradient[axis][column];
+                let mean = columns[axis * D + column].mul_add(half, own);
+                gradient[axis][column] = mean;
+                unseen = mean.mul_sub_from(xi[column], unseen);
+            }
+            for column in 0..D {
+                gradient[axis][column] =
+                    unseen.mul_add(xi[column] * inverse, gradient[axis][column]);
+            }
+        }
+        let (weight, odd) = (columns[weight_place(D)], columns[odd_place(D)].only(mask));
+        Middle { reference: xi, along, gradient, weight, odd, volume: bonds.volume }
     }
 }
 
@@ -209,12 +204,17 @@ where
             if !wanted(point) {
                 continue;
             }
-            let (mut through, mut straight) = ([[zero; D]; D], [zero; D]);
-            let odd = middles.each(simd, point, |at: Middle<S::Lanes, D>| {
-                let (_, stress) =
-                    law.answer(simd, &family, (point, at.slot), at.bits, &at.gradient);
-                let weight = at.other_weight.mul_add(half, at.own_half_weight) * at.volume;
-                let weight = family.weighted(simd, at.slot, weight).only(simd.mask(at.bits));
+            let end = middles.end::<S, D>(simd, point);
+            let (mut through, mut straight, mut odd) = ([[zero; D]; D], [zero; D], zero);
+            let (start, stop) = family.slots(point);
+            for slot in (start..stop).step_by(S::WIDTH) {
+                let bits = family.bits(slot);
+                let mask = simd.mask(bits);
+                let at = middles.at(simd, &end, slot, mask);
+                odd = odd + at.odd;
+                let (_, stress) = law.answer(simd, &family, (point, slot), bits, &at.gradient);
+                let weight = at.weight.mul_add(half, end.half_weight) * at.volume;
+                let weight = family.weighted(simd, slot, weight).only(mask);
                 for axis in 0..D {
                     let mut pull = stress[axis][0] * at.along[0];
                     for column in 1..D {
@@ -226,7 +226,7 @@ where
                         through[axis][column] = weight.mul_add(across, through[axis][column]);
                     }
                 }
-            });
+            }
             let (mut sum, mut force) = ([[0.0; D]; D], [0.0; D]);
             for axis in 0..D {
                 force[axis] = 2.0 * straight[axis].total();
@@ -234,7 +234,7 @@ where
                     sum[axis][column] = through[axis][column].total();
                 }
             }
-            finish(point, &sum, &force, odd);
+            finish(point, &sum, &force, odd.total() + middles.table.row(point)[odd_place(D)] > 0.0);
         }
     }
 }
@@ -264,14 +264,20 @@ where
             if !wanted(point) {
                 continue;
             }
-            let mut sum = simd.splat(0.0);
-            let odd = middles.each(simd, point, |at: Middle<S::Lanes, D>| {
-                let (energy, _) =
-                    law.answer(simd, &family, (point, at.slot), at.bits, &at.gradient);
-                let held = family.weighted(simd, at.slot, energy * at.volume);
-                sum = sum + held.only(simd.mask(at.bits));
-            });
-            finish(point, sum.total() * middles.table.row(point)[weight_place(D)], odd);
+            let end = middles.end::<S, D>(simd, point);
+            let (mut sum, mut odd) = (simd.splat(0.0), simd.splat(0.0));
+            let (start, stop) = family.slots(point);
+            for slot in (start..stop).step_by(S::WIDTH) {
+                let bits = family.bits(slot);
+                let mask = simd.mask(bits);
+                let at = middles.at(simd, &end, slot, mask);
+                odd = odd + at.odd;
+                let (energy, _) = law.answer(simd, &family, (point, slot), bits, &at.gradient);
+                sum = sum + family.weighted(simd, slot, energy * at.volume).only(mask);
+            }
+            let row = middles.table.row(point);
+            let held = sum.total() * row[weight_place(D)];
+            finish(point, held, odd.total() + row[odd_place(D)] > 0.0);
         }
     }
 }
