@@ -12,26 +12,26 @@
 //! makes the Cauchy stress.
 
 use super::body::{Body, Link, Weights};
+use super::bond_associated_quadrature_lanes::GRADIENT;
+use super::breaking::Near;
 use super::constants;
 use super::correspondence::{add, add_pulls, gradient_at};
 use super::gradient::width;
-use super::kept_rows::{KeptRows, Order, Point, Points, Sweep, leave, pull};
+use super::kept_rows::KeptRows;
 use super::laws::{Laws, Sites};
 use super::passes::{Passes, Room};
 use super::state_based::StateBased;
-use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
+use super::{EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::damage::Breaking;
 use crate::error::Result;
-use crate::kernel::family::{Record, Table};
-use crate::kernel::quadrature::{BondStresses, Stress, odd_place, weight_place};
+use crate::kernel::family::Record;
+use crate::kernel::quadrature::Stress;
 use crate::material::{Across, Answer, Deformation};
 use crate::model::Model;
 use crate::tensor::{
     Tensor, Vector, add_outer, applied, difference, product, read, scaled, sum, zero,
 };
-use crate::workers::PerPoint;
 use std::f64::consts::PI;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     name: "bond_associated_quadrature",
@@ -65,11 +65,11 @@ fn critical_stretch(model: &Model, dimension: usize, horizon: f64, rate: f64) ->
     Ok((rate / per_square).sqrt())
 }
 
-struct Baqp {
-    weights: Weights,
-    laws: Laws,
-    order: usize,
-    kept: KeptRows,
+pub(super) struct Baqp {
+    pub(super) weights: Weights,
+    pub(super) laws: Laws,
+    pub(super) order: usize,
+    pub(super) kept: KeptRows,
 }
 
 fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
@@ -83,12 +83,12 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
 }
 
 /// What the first pass leaves of a point.
-struct Left<'a> {
+pub(super) struct Left<'a> {
     numbers: &'a [f64],
     dimension: usize,
 }
 
-impl Left<'_> {
+impl<'a> Left<'a> {
     /// 1/omega0, 0 without a family.
     fn weight(&self) -> f64 {
         self.numbers[0]
@@ -114,10 +114,10 @@ impl Left<'_> {
 }
 
 /// A bond and what it is asked in.
-struct Quadrature<const D: usize> {
+pub(super) struct Quadrature<const D: usize> {
     /// wbar_ij
     weight: f64,
-    deformation: Deformation<D>,
+    pub(super) deformation: Deformation<D>,
     /// What of F_i and of F_j is in F_ij.
     shares: [f64; 2],
     /// xi/L^2
@@ -166,20 +166,69 @@ impl Baqp {
         Quadrature { weight, deformation, shares, along, across }
     }
 
-    /// Energy and stress of a bond: the mean of the laws of its ends.
-    fn answer<const D: usize>(
+    /// Calls `take` for the bonds of a point, with what a pass has left of points.
+    pub(super) fn each_quadrature<const D: usize, N: AsRef<[f64]>>(
+        body: &Body<'_, D>,
+        point: usize,
+        left: impl Fn(usize) -> N,
+        mut take: impl FnMut(&Link<D>, &Quadrature<D>),
+    ) {
+        let own = left(point);
+        let own = Left { numbers: own.as_ref(), dimension: D };
+        for link in body.links(point) {
+            let other = left(link.neighbor);
+            let other = Left { numbers: other.as_ref(), dimension: D };
+            take(&link, &Self::quadrature(&link, &own, &other));
+        }
+    }
+
+    /// sum w W(F_ij) V_j
+    pub(super) fn held<const D: usize, N: AsRef<[f64]>>(
         &self,
         body: &Body<'_, D>,
         point: usize,
-        link: &Link<D>,
+        left: impl Fn(usize) -> N,
+    ) -> f64 {
+        let mut sum = 0.0;
+        Self::each_quadrature(body, point, left, |link, at| {
+            let answer = self.answer(body, (point, link.slot), link.neighbor, &at.deformation);
+            sum += link.own * answer.energy * link.volume;
+        });
+        sum
+    }
+
+    /// Force of the bonds of a point themselves, and Z, the stress that they have through its gradient.
+    pub(super) fn single_bonds<const D: usize, N: AsRef<[f64]>>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        left: impl Fn(usize) -> N,
+    ) -> (Vector<D>, Tensor<D>) {
+        let (mut force, mut through) = ([0.0; D], zero());
+        Self::each_quadrature(body, point, left, |link, at| {
+            let answer = self.answer(body, (point, link.slot), link.neighbor, &at.deformation);
+            let factor = 2.0 * at.weight * link.volume;
+            add(&mut force, factor, &applied(&answer.stress, &at.along));
+            let across = scaled(&product(&answer.stress, &at.across), at.shares[0] * factor);
+            through = sum(&through, &across);
+        });
+        (force, through)
+    }
+
+    /// Energy and stress of a bond: the mean of the laws of its ends.
+    pub(super) fn answer<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        (point, slot): (usize, usize),
+        neighbor: usize,
         deformation: &Deformation<D>,
     ) -> Answer<D> {
-        let answer = self.laws.answer(body, point, link.slot, deformation);
-        if std::ptr::eq(self.laws.at(point), self.laws.at(link.neighbor)) {
+        let answer = self.laws.answer(body, point, slot, deformation);
+        if std::ptr::eq(self.laws.at(point), self.laws.at(neighbor)) {
             return answer;
         }
-        let back = self.back(body, point, link);
-        let second = self.laws.answer(body, link.neighbor, back, deformation);
+        let back = self.back(body, (point, slot), neighbor);
+        let second = self.laws.answer(body, neighbor, back, deformation);
         Answer {
             energy: 0.5 * (answer.energy + second.energy),
             stress: scaled(&sum(&answer.stress, &second.stress), 0.5),
@@ -187,169 +236,31 @@ impl Baqp {
     }
 
     /// Where a bond stands at its other end, if a law there has a memory.
-    fn back<const D: usize>(&self, body: &Body<'_, D>, point: usize, link: &Link<D>) -> usize {
-        let slot = || body.scene.families.slot(link.neighbor, point);
-        let back = if self.laws.remember() { slot() } else { None };
-        back.unwrap_or(link.slot)
+    fn back<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        (point, slot): (usize, usize),
+        neighbor: usize,
+    ) -> usize {
+        let back = || body.scene.families.slot(neighbor, point);
+        let back = if self.laws.remember() { back() } else { None };
+        back.unwrap_or(slot)
+    }
+
+    /// The law in lanes, if it is one for them and all points share it.
+    pub(super) fn stress(&self, dimension: usize) -> Option<Stress> {
+        let (lambda, mu) = self.laws.only()?.saint_venant_kirchhoff(dimension)?;
+        Some(Stress { lambda, mu })
     }
 }
 
 /// Numbers of a point before the rows.
-const fn before_rows(dimension: usize) -> usize {
+pub(super) const fn before_rows(dimension: usize) -> usize {
     2 + 2 * dimension * dimension
 }
 
 /// Most numbers that the first pass leaves of a point.
-const MOST_LEFT: usize = before_rows(3) + 27;
-
-/// Gradients of points that have been swept in lanes, and what is kept of their families.
-struct Swept<'a, const D: usize, const SIZE: usize> {
-    baqp: &'a Baqp,
-    body: &'a Body<'a, D>,
-    table: &'a [[f64; GRADIENT]],
-    kept: &'a Points<'a>,
-}
-
-impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
-    /// What the first pass would leave of a point.
-    fn left(&self, point: usize) -> [f64; MOST_LEFT] {
-        let mut numbers = [0.0; MOST_LEFT];
-        let kept: Point<'_, D, SIZE> = self.kept.at(point);
-        if !kept.spans() {
-            let width = before_rows(D) + D * SIZE;
-            self.baqp.prepare_point(self.body, point, &mut numbers[..width]);
-            return numbers;
-        }
-        numbers[0] = kept.inverse_weight();
-        numbers[1] = D as f64;
-        numbers[2..2 + D * D].copy_from_slice(&self.table[point][..D * D]);
-        let whole = crate::tensor::identity::<D>();
-        numbers[2 + D * D..before_rows(D)].copy_from_slice(whole.as_flattened());
-        let rows = before_rows(D)..before_rows(D) + D * SIZE;
-        numbers[rows].copy_from_slice(kept.rows().as_flattened());
-        numbers
-    }
-
-    /// Force of the bonds of a point themselves, and the stress that they have through its gradient.
-    fn single_bonds(&self, point: usize, own: &Left<'_>) -> (Vector<D>, Tensor<D>) {
-        let (mut force, mut through) = ([0.0; D], zero());
-        for link in self.body.links(point) {
-            let other = self.left(link.neighbor);
-            let at = Baqp::quadrature(&link, own, &Left { numbers: &other, dimension: D });
-            let answer = self.baqp.answer(self.body, point, &link, &at.deformation);
-            let factor = 2.0 * at.weight * link.volume;
-            add(&mut force, factor, &applied(&answer.stress, &at.along));
-            let across = scaled(&product(&answer.stress, &at.across), at.shares[0] * factor);
-            through = sum(&through, &across);
-        }
-        (force, through)
-    }
-}
-
-impl Baqp {
-    /// The law in lanes, if it is one for them and all points share it.
-    fn stress(&self, dimension: usize) -> Option<Stress> {
-        let (lambda, mu) = self.laws.only()?.saint_venant_kirchhoff(dimension)?;
-        Some(Stress { lambda, mu })
-    }
-
-    fn swept<const D: usize, const SIZE: usize, const C: usize>(
-        &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        force: &mut [f64],
-        breaking: &mut Option<Breaking<'_>>,
-    ) -> Option<usize> {
-        let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
-        let stress = self.stress(D)?;
-        let (records, rest) = in_lanes::table(room.tables, count);
-        let (gradients, rest) = in_lanes::table::<GRADIENT>(rest, count);
-        let (left, _) = in_lanes::table::<C>(rest, count);
-        in_lanes::record::<D>(scene, records);
-        let records = &*records;
-        let order = Order { order: self.order, looks_twice: true };
-        let sweep = Sweep { scene, omega, records };
-        let kept = self.kept.sweep::<D, SIZE, _>(
-            order,
-            sweep,
-            breaking,
-            PerPoint(&mut *gradients, 1),
-            |_| true,
-            |_, kept, gradient, row| row.0[0] = gradient_row(gradient, kept, 0.0),
-        );
-        let remaining = &in_lanes::remaining(scene, breaking);
-        let body = &Body::<D>::new(remaining, &self.weights);
-        kept.odd::<D, SIZE, _>(remaining, PerPoint(&mut *gradients, 1), |point, kept, row| {
-            let (_, gradient, ..) = gradient_at(body, point, self.order);
-            row.0[0] = gradient_row(&gradient, kept, 1.0);
-        });
-        let family = in_lanes::family(remaining, records, omega);
-        let (gradients, any_odd) = (&*gradients, AtomicBool::new(false));
-        let table = Table::new(&family, gradients);
-        let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1));
-        scene.workers.sweep(count, outputs, |range, (force, left)| {
-            let (forces, _) = force.0.as_chunks_mut::<D>();
-            let first = range.start;
-            let finish = |point: usize, through: &Tensor<D>, force: &Vector<D>, odd: bool| {
-                let (at, kept) = (point - first, kept.at::<D, SIZE>(point));
-                let own = leave(&records[point], through, kept.rows(), kept, &mut left.0[at]);
-                forces[at] = std::array::from_fn(|axis| force[axis] + own[axis]);
-                if odd {
-                    left.0[at][MARK] = 1.0;
-                    any_odd.store(true, Ordering::Relaxed);
-                }
-            };
-            scene.simd.run(BondStresses::<_, D, GRADIENT> { family, table, stress, range, finish });
-        });
-        if any_odd.into_inner() {
-            let swept = Swept::<D, SIZE> { baqp: self, body, table: gradients, kept: &kept };
-            swept.mend(records, force, left);
-        }
-        drop(kept);
-        pull::<D, C>(Sweep { scene: remaining, ..sweep }, left, force)
-    }
-}
-
-/// Numbers of a row of the table of gradients.
-const GRADIENT: usize = 12;
-
-fn gradient_row<const D: usize, const SIZE: usize>(
-    gradient: &Tensor<D>,
-    kept: Point<'_, D, SIZE>,
-    odd: f64,
-) -> [f64; GRADIENT] {
-    let mut row = [0.0; GRADIENT];
-    row[..D * D].copy_from_slice(gradient.as_flattened());
-    row[weight_place(D)] = kept.inverse_weight();
-    row[odd_place(D)] = odd;
-    row
-}
-
-/// Where a row that is left marks a point with an end of a bond that does not span the body.
-const MARK: usize = 3;
-
-impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
-    /// Computes marked points by single bonds.
-    fn mend<const C: usize>(&self, records: &[Record], force: &mut [f64], left: &mut [[f64; C]]) {
-        let scene = self.body.scene;
-        let outputs = (PerPoint(force, D), PerPoint(left, 1));
-        scene.workers.sweep(scene.places.len(), outputs, |range, (force, left)| {
-            let (forces, _) = force.0.as_chunks_mut::<D>();
-            for ((force, left), point) in forces.iter_mut().zip(left.0).zip(range) {
-                if left[MARK] == 0.0 {
-                    continue;
-                }
-                let numbers = self.left(point);
-                let own = Left { numbers: &numbers, dimension: D };
-                let (straight, through) = self.single_bonds(point, &own);
-                let (rows, _) = own.rows().as_chunks();
-                let kept = self.kept.at::<D, SIZE>(point);
-                let pulled = leave(&records[point], &through, rows, kept, left);
-                *force = std::array::from_fn(|axis| straight[axis] + pulled[axis]);
-            }
-        });
-    }
-}
+pub(super) const MOST_LEFT: usize = before_rows(3) + 27;
 
 /// Whether two projectors are the same but for rounding.
 fn agree<const D: usize>(one: &Tensor<D>, other: &Tensor<D>) -> bool {
@@ -363,16 +274,10 @@ impl Passes for Baqp {
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
-        if self.stress(scene.dimension).is_some() {
-            self.kept.refer_to(scene, &self.weights, self.order)?;
-        }
-        Ok(())
+        self.kept.refer_to(scene, &self.weights, self.order)
     }
 
     fn room_of_lanes(&self, points: usize, dimension: usize) -> usize {
-        if self.stress(dimension).is_none() {
-            return 0;
-        }
         let row = 4 * (1 + width(self.order, dimension));
         let tables = size_of::<Record>() / size_of::<f64>() + GRADIENT + row;
         points * tables + 3 * in_lanes::SLACK
@@ -393,7 +298,18 @@ impl Passes for Baqp {
         force: &mut [f64],
         breaking: &mut Option<Breaking<'_>>,
     ) -> Option<usize> {
-        self.swept::<D, SIZE, C>(scene, room, force, breaking)
+        self.swept_forces::<D, SIZE, C>(scene, room, force, breaking)
+    }
+
+    fn energy_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        scene: &Scene<'_>,
+        room: Room<'_>,
+        density: &mut [f64],
+        part: EnergyPart,
+        near: Option<&Near<'_>>,
+    ) -> bool {
+        self.swept_energy::<D, SIZE>(scene, room, density, part, near)
     }
 
     fn width(&self, dimension: usize) -> usize {
@@ -430,11 +346,8 @@ impl Passes for Baqp {
         left: &[f64],
         ask: &mut dyn FnMut(usize, &Deformation<D>),
     ) {
-        let own = self.left(left, point, D);
-        for link in body.links(point) {
-            let other = self.left(left, link.neighbor, D);
-            ask(link.slot, &Self::quadrature(&link, &own, &other).deformation);
-        }
+        let left = |point| self.left(left, point, D).numbers;
+        Self::each_quadrature(body, point, left, |link, at| ask(link.slot, &at.deformation));
     }
 
     fn has_second(&self) -> bool {
@@ -450,17 +363,8 @@ impl Passes for Baqp {
         result: &mut [f64],
     ) {
         let own = self.left(scratch, point, D);
-        let mut stress: Tensor<D> = zero();
-        for link in body.links(point) {
-            let other = self.left(scratch, link.neighbor, D);
-            let at = Self::quadrature(&link, &own, &other);
-            if at.shares[0] == 0.0 {
-                continue;
-            }
-            let answer = self.answer(body, point, &link, &at.deformation);
-            let factor = 2.0 * at.shares[0] * at.weight * link.volume;
-            stress = sum(&stress, &scaled(&product(&answer.stress, &at.across), factor));
-        }
+        let left = |point| self.left(scratch, point, D).numbers;
+        let (_, stress) = self.single_bonds(body, point, left);
         let before = 2 + 2 * D * D;
         result[..before].copy_from_slice(&own.numbers[..before]);
         let (size, rows) = (width(self.order, D), own.rows());
@@ -482,7 +386,7 @@ impl Passes for Baqp {
         for link in body.links(point) {
             let other = self.left(scratch, link.neighbor, D);
             let at = Self::quadrature(&link, &own, &other);
-            let answer = self.answer(body, point, &link, &at.deformation);
+            let answer = self.answer(body, (point, link.slot), link.neighbor, &at.deformation);
             let straight = applied(&answer.stress, &at.along);
             add(&mut force, 2.0 * at.weight * link.volume, &straight);
             add_pulls(&mut force, body, point, &link, self.order, [own.rows(), other.rows()]);
@@ -496,14 +400,8 @@ impl Passes for Baqp {
 
     /// sum (w/omega0_i) W(F_ij) V_j
     fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, scratch: &[f64]) -> f64 {
-        let own = self.left(scratch, point, D);
-        let terms = body.links(point).map(|link| {
-            let other = self.left(scratch, link.neighbor, D);
-            let at = Self::quadrature(&link, &own, &other);
-            let energy = self.answer(body, point, &link, &at.deformation).energy;
-            link.own * own.weight() * energy * link.volume
-        });
-        terms.sum()
+        let left = |point| self.left(scratch, point, D);
+        left(point).weight() * self.held(body, point, |point| left(point).numbers)
     }
 
     fn is_degenerate<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> bool {
@@ -526,9 +424,12 @@ impl Passes for Baqp {
             let other = self.left(scratch, link.neighbor, D);
             let at = Self::quadrature(&link, &own, &other);
             let factor = link.own * own.weight() * link.volume;
-            let answer = self.answer(body, point, &link, &at.deformation);
+            let answer = self.answer(body, (point, link.slot), link.neighbor, &at.deformation);
             stress = sum(&stress, &scaled(&answer.stress, factor));
-            let ends = [(point, link.slot), (link.neighbor, self.back(body, point, &link))];
+            let ends = [
+                (point, link.slot),
+                (link.neighbor, self.back(body, (point, link.slot), link.neighbor)),
+            ];
             let across = ends.map(|(end, site)| self.laws.across(body, end, site, &at.deformation));
             let (strain, amount) = self.laws.plastic(body, point, link.slot);
             plastic = sum(&plastic, &scaled(&strain, factor));

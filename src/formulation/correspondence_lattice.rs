@@ -4,7 +4,6 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::body::Body;
-use super::bond_laws::{Limits, close_to};
 use super::correspondence::Correspondence;
 use super::kept_rows::keep;
 use super::on_lattice::{LatticeState, OnLattice, Parts};
@@ -68,10 +67,7 @@ impl Correspondence {
         force: &mut [f64],
         breaking: &mut Option<Breaking<'_>>,
     ) -> Option<usize> {
-        let rule = breaking.as_ref().map(|breaking| breaking.rule);
-        let critical = rule.and_then(|rule| rule.uniform()).unwrap_or(f64::INFINITY);
-        let (threshold, limits) = (close_to(critical), Limits { scene, rule });
-        let on = OnLattice { lattice, state: &rows.state, threshold, limits };
+        let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref());
         let each = kept_width(D, D);
         let (any_odd, bad) = (AtomicBool::new(false), AtomicUsize::new(usize::MAX));
         let noted = |point: usize, answer: Answer<D>| {

@@ -7,11 +7,16 @@
 use std::f64::consts::PI;
 
 use super::body::{Body, ByModel, Link, Weights};
+use super::breaking::Near;
 use super::constants;
 use super::ordinary_state_based::{extension, pulled};
-use super::passes::Passes;
+use super::passes::{Passes, Room};
 use super::state_based::StateBased;
-use super::{Formulation, FormulationEntry, Kinematics, Materials};
+use super::{
+    EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Scene, extension_lanes,
+    in_lanes,
+};
+use crate::damage::Breaking;
 use crate::error::{Error, Result};
 use crate::families::Property;
 use crate::material::Law;
@@ -106,6 +111,44 @@ impl MadenciOterkus {
 impl Passes for MadenciOterkus {
     fn weights(&self) -> &Weights {
         &self.weights
+    }
+
+    fn room_of_lanes(&self, points: usize, _: usize) -> usize {
+        extension_lanes::room(points)
+    }
+
+    fn runs_in_lanes(&self, scene: &Scene<'_>) -> bool {
+        in_lanes::omega(scene, &self.weights).is_some()
+    }
+
+    /// t = w (2 b s + 2 a d theta/L) L, with theta = d sum w L s V.
+    fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        scene: &Scene<'_>,
+        room: Room<'_>,
+        force: &mut [f64],
+        breaking: &mut Option<Breaking<'_>>,
+    ) -> Option<usize> {
+        let pulls = |point: usize, [_, sum]: [f64; 2]| {
+            let [a, b, d] = self.constants(point);
+            [2.0 * b, 2.0 * a * d * d * sum]
+        };
+        extension_lanes::forces::<D, true>(scene, &self.weights, room, force, breaking, pulls)
+    }
+
+    fn energy_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        scene: &Scene<'_>,
+        room: Room<'_>,
+        density: &mut [f64],
+        _: EnergyPart,
+        near: Option<&Near<'_>>,
+    ) -> bool {
+        let energy = |point: usize, [_, sum]: [f64; 2], squares: f64| {
+            let [a, b, d] = self.constants(point);
+            a * (d * sum).powi(2) + b * squares
+        };
+        extension_lanes::energies::<D, true>(scene, &self.weights, room, density, near, energy)
     }
 
     /// theta

@@ -7,8 +7,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use super::Scene;
-use super::bond_laws::Limits;
-use crate::damage::BondsView;
+use super::bond_laws::{Limits, close_to};
+use crate::damage::{BondsView, Breaking};
 use crate::error::Result;
 use crate::families::lattice::{Lattice, NOBODY};
 use crate::families::{Families, LANES};
@@ -183,7 +183,18 @@ fn place<const D: usize>(
     });
 }
 
-impl OnLattice<'_> {
+impl<'a> OnLattice<'a> {
+    /// Of a sweep in which bonds may break by a rule that is the same for all.
+    pub(super) fn breaking(
+        scene: &'a Scene<'a>,
+        (lattice, state): (&'a Lattice, &'a LatticeState),
+        breaking: Option<&Breaking<'a>>,
+    ) -> Self {
+        let rule = breaking.map(|breaking| breaking.rule);
+        let critical = rule.and_then(|rule| rule.uniform()).unwrap_or(f64::INFINITY);
+        Self { lattice, state, threshold: close_to(critical), limits: Limits { scene, rule } }
+    }
+
     /// Forces per volume on the points of the lattice: `first` breaks bonds, and may make what `second` needs, which
     /// completes the forces of seats in a scene of the bonds that are left, and gives what they are to be multiplied
     /// with. With `remaining`, which holds the masks as they are, bonds that break leave it. `influence`: w of a length.

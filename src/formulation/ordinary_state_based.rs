@@ -6,26 +6,21 @@
 //! With a yield stress it is `ordinary_plastic`.
 
 use super::body::{Body, ByModel, Link, Weights};
-use super::bond_laws::{Limits, close_to};
+use super::breaking::Near;
 use super::constants;
 use super::correspondence::add;
-use super::on_lattice::{LatticeState, OnLattice, Parts};
+use super::on_lattice::LatticeState;
 use super::passes::{Passes, Room};
 use super::state_based::StateBased;
 use super::{
-    Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes, ordinary_plastic,
+    EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Scene, extension_lanes,
+    in_lanes, ordinary_plastic,
 };
 use crate::damage::Breaking;
 use crate::error::{Error, Result};
-use crate::families::LANES;
-use crate::kernel::family::{Omega, Record};
-use crate::kernel::lattice::{Breaks, DilationSweep, Lps as Moduli, TensionSweep};
-use crate::kernel::ordinary_state_based::{OtherPull, OwnPull};
 use crate::material::Law;
 use crate::model::Model;
 use crate::tensor::{Vector, dot};
-use crate::workers::PerPoint;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     name: "ordinary_state_based",
@@ -57,7 +52,7 @@ fn check(model: &Model, dimension: usize) -> Result<()> {
 }
 
 pub(super) struct Lps {
-    weights: Weights,
+    pub(super) weights: Weights,
     /// kappa and C.
     pub(super) moduli: ByModel<[f64; 2]>,
     /// lambda/2 + mu, where the surface is to be corrected.
@@ -65,7 +60,7 @@ pub(super) struct Lps {
     /// For what lies across; bonds do not ask it.
     pub(super) laws: ByModel<Law>,
     /// What sweeps over a lattice hold, where the body is one.
-    lattice: Option<LatticeState>,
+    pub(super) lattice: Option<LatticeState>,
 }
 
 fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
@@ -129,86 +124,10 @@ impl Lps {
         (link.own * pull(point) + link.other * pull(link.neighbor), now)
     }
 
-    fn swept<const D: usize>(
-        &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        force: &mut [f64],
-        breaking: &mut Option<Breaking<'_>>,
-    ) -> Option<usize> {
-        let (omega, count) = (in_lanes::omega(scene, &self.weights)?, scene.places.len());
-        if let (Some(lattice), Some(state)) = (&scene.families.lattice, &self.lattice) {
-            let rule = breaking.as_ref().map(|breaking| breaking.rule);
-            let critical = rule.and_then(|rule| rule.uniform()).unwrap_or(f64::INFINITY);
-            let (threshold, limits) = (close_to(critical), Limits { scene, rule });
-            let on = OnLattice { lattice, state, threshold, limits };
-            return self.swept_on_lattice::<D>(scene, omega, &on, force, breaking);
-        }
-        let (records, rest) = in_lanes::table(room.tables, count);
-        let (left, _) = in_lanes::table(rest, count);
-        in_lanes::record::<D>(scene, records);
-        let family = in_lanes::family(scene, records, omega);
-        let moduli = |point: usize| *self.moduli.at(point);
-        let (masks, limits) = in_lanes::masks(scene, breaking);
-        let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1), masks);
-        scene.workers.sweep(count, outputs, |range, (force, left, masks)| {
-            let breaking = masks
-                .zip(limits)
-                .map(|(masks, limits)| in_lanes::break_here(scene, range.start, masks, limits));
-            let (force, left) = (force.0, left.0);
-            scene.simd.run(OwnPull::<_, D> { family, moduli, range, force, left, breaking });
-        });
-        let scene = &in_lanes::remaining(scene, breaking);
-        let family = in_lanes::family(scene, left, omega);
-        let bad = AtomicUsize::new(usize::MAX);
-        scene.workers.sweep(count, PerPoint(force, D), |range, force| {
-            let sweep = OtherPull::<D> { family, range, force: force.0 };
-            if let Some(point) = scene.simd.run(sweep) {
-                bad.fetch_min(point, Ordering::Relaxed);
-            }
-        });
-        in_lanes::first(bad)
-    }
-}
-
-impl Lps {
-    fn swept_on_lattice<const D: usize>(
-        &self,
-        scene: &Scene<'_>,
-        omega: Omega,
-        on: &OnLattice<'_>,
-        force: &mut [f64],
-        breaking: &mut Option<Breaking<'_>>,
-    ) -> Option<usize> {
-        let [kappa, deviatoric] = *self.moduli.at(0);
-        let moduli = Moduli { kappa, deviatoric };
-        let influence = |length: f64| omega.influence.value(D, length, omega.horizon);
-        let first = |parts: &mut Parts<'_, D, 2>| {
-            let (groups, look, judge) = (parts.groups, parts.look, on.limits);
-            let outputs = (parts.left.again(), parts.masks.again(), parts.broke.again());
-            scene.workers.sweep(parts.seats, outputs, |range, (left, masks, broke)| {
-                let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
-                let range = range.start / LANES..range.end / LANES;
-                let (first, left) = (left.first, left.values);
-                scene.simd.run(DilationSweep { groups, moduli, range, first, left, breaks });
-            });
-        };
-        let second = |parts: Parts<'_, D, 2>, _: &Scene<'_>| {
-            let Parts { groups, seats, unit, masks, forces, left, .. } = parts;
-            let left = left.values.map(|column| &*column);
-            scene.workers.sweep(seats, (forces, masks), |range, (force, masks)| {
-                let range = range.start / LANES..range.end / LANES;
-                let (force, masks) = (force.0, &*masks.0);
-                scene.simd.run(TensionSweep { groups, left, range, masks, force });
-            });
-            unit.recip()
-        };
-        let remaining = breaking.as_mut().map(|breaking| {
-            breaking.intact.copy_from_slice(scene.bonds.intact);
-            &mut *breaking.intact
-        });
-        let bad = on.sweep(scene, influence, first, second, force, remaining);
-        (bad != usize::MAX).then_some(bad)
+    /// 1/m (0 without a family) and theta, from m and sum w L e V.
+    fn state<const D: usize>([weighted, sum]: [f64; 2]) -> [f64; 2] {
+        let inverse = if weighted > 0.0 { 1.0 / weighted } else { 0.0 };
+        [inverse, D as f64 * inverse * sum]
     }
 }
 
@@ -238,7 +157,7 @@ impl Passes for Lps {
     }
 
     fn room_of_lanes(&self, points: usize, _: usize) -> usize {
-        2 * points * size_of::<Record>() / size_of::<f64>() + 2 * in_lanes::SLACK
+        extension_lanes::room(points)
     }
 
     fn runs_in_lanes(&self, scene: &Scene<'_>) -> bool {
@@ -252,7 +171,35 @@ impl Passes for Lps {
         force: &mut [f64],
         breaking: &mut Option<Breaking<'_>>,
     ) -> Option<usize> {
-        self.swept::<D>(scene, room, force, breaking)
+        if let (Some(lattice), Some(state)) = (&scene.families.lattice, &self.lattice) {
+            return self.forces_on_lattice::<D>(scene, (lattice, state), force, breaking);
+        }
+        let (weights, dimension) = (&self.weights, D as f64);
+        let pulls = |point: usize, sums: [f64; 2]| {
+            let [inverse, theta] = Self::state::<D>(sums);
+            let [kappa, deviatoric] = *self.moduli.at(point);
+            let a = inverse * deviatoric;
+            [a, inverse * theta * (dimension * kappa - deviatoric / dimension)]
+        };
+        extension_lanes::forces::<D, false>(scene, weights, room, force, breaking, pulls)
+    }
+
+    fn energy_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        scene: &Scene<'_>,
+        room: Room<'_>,
+        density: &mut [f64],
+        _: EnergyPart,
+        near: Option<&Near<'_>>,
+    ) -> bool {
+        let energy = |point: usize, sums: [f64; 2], squares: f64| {
+            let [inverse, theta] = Self::state::<D>(sums);
+            let [kappa, deviatoric] = *self.moduli.at(point);
+            // sum w e_d^2 V/m
+            let sheared = squares * inverse - (theta / D as f64).powi(2);
+            0.5 * (kappa * theta * theta + deviatoric * sheared)
+        };
+        extension_lanes::energies::<D, false>(scene, &self.weights, room, density, near, energy)
     }
 
     /// 1/m (0 without a family) and theta.
@@ -272,9 +219,7 @@ impl Passes for Lps {
             weighted += factor * link.length;
             sum += factor * extension(&link).0;
         }
-        let inverse = if weighted > 0.0 { 1.0 / weighted } else { 0.0 };
-        scratch[0] = inverse;
-        scratch[1] = D as f64 * inverse * sum;
+        scratch.copy_from_slice(&Self::state::<D>([weighted, sum]));
         true
     }
 

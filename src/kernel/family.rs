@@ -217,7 +217,7 @@ impl<'a> Family<'a> {
 
     /// 1/L of the bonds from a slot on with their xi; not a number in lanes without a bond.
     #[inline(always)]
-    fn inverses<S: Simd, const D: usize>(
+    pub(super) fn inverse_lengths<S: Simd, const D: usize>(
         &self,
         simd: S,
         slot: usize,
@@ -247,7 +247,8 @@ impl<'a> Family<'a> {
         let Omega { influence, dimension, horizon } = self.omega;
         let one = simd.splat(1.0);
         // horizon/L
-        let closeness = (self.inverses(simd, slot, reference) * simd.splat(horizon)).max(one);
+        let closeness =
+            (self.inverse_lengths(simd, slot, reference) * simd.splat(horizon)).max(one);
         match influence {
             Influence::Constant => one,
             Influence::Inverse => closeness,

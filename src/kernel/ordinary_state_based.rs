@@ -1,8 +1,10 @@
-//! The sweeps of the linear peridynamic solid over blocks of bonds. [P 3.14-3.20]
+//! The sweeps of bonds that pull along themselves, over blocks: of the linear peridynamic solid [P 3.14-3.20] and of the
+//! form of Madenci and Oterkus [M].
 //!
-//! With s = l/L - 1, a = C/m and b = theta/m (D kappa - C/D), both ends of a bond pull with w (a s + b) L, so that the
-//! force on i is sum w V_j L/l (a_i s + b_i) y + sum w V_j L/l (a_j s + b_j) y. The sums of the first part need nothing of
-//! the neighbours: the first sweep makes them with m_i and theta_i, and leaves a_j V_j and b_j V_j for the second.
+//! With s = l/L - 1 both ends of a bond pull with w (a s + b) L, so that the force on i is sum w V_j L/l (a_i s + b_i) y +
+//! sum w V_j L/l (a_j s + b_j) y. The sums of the first part need nothing of the neighbours: the first sweep makes them with
+//! those that a and b follow from, and leaves a_j V_j and b_j V_j for the second. In the linear solid a = C/m and
+//! b = theta/m (D kappa - C/D); in the other form what is of the dilatation is divided by L (`PER_LENGTH`).
 
 use std::ops::Range;
 
@@ -10,22 +12,25 @@ use super::family::{BreakHere, Family, Record};
 use super::simd::{Kernel, Lanes, Simd};
 
 /// The first sweep: what the ends of bonds pull at their own points, and records with a V and b V for the second.
-pub(crate) struct OwnPull<'a, M, const D: usize> {
+pub(crate) struct OwnPull<'a, M, const D: usize, const PER_LENGTH: bool> {
     pub(crate) family: Family<'a>,
-    /// kappa and C of a point.
-    pub(crate) moduli: M,
+    /// a and b of a point, of sum w L^2 V and sum w L^2 s V, per length of sum w L V and sum w L s V.
+    pub(crate) pulls: M,
     pub(crate) range: Range<usize>,
     pub(crate) force: &'a mut [f64],
     pub(crate) left: &'a mut [Record],
     pub(crate) breaking: Option<BreakHere<'a>>,
 }
 
-impl<M: Fn(usize) -> [f64; 2], const D: usize> Kernel for OwnPull<'_, M, D> {
+impl<M, const D: usize, const PER_LENGTH: bool> Kernel for OwnPull<'_, M, D, PER_LENGTH>
+where
+    M: Fn(usize, [f64; 2]) -> [f64; 2],
+{
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { family, moduli, range, force, left, mut breaking } = self;
+        let Self { family, pulls, range, force, left, mut breaking } = self;
         let (forces, _) = force.as_chunks_mut::<D>();
         for ((force, left), point) in forces.iter_mut().zip(left).zip(range) {
             let zero = simd.splat(0.0);
@@ -43,24 +48,24 @@ impl<M: Fn(usize) -> [f64; 2], const D: usize> Kernel for OwnPull<'_, M, D> {
                 let mask = simd.mask(bits);
                 let at = lengths.stretches(simd);
                 let weight = family.weighted(simd, slot, &bonds.reference, bonds.volume);
-                let moment = (weight * lengths.squared).only(mask);
+                let along = if PER_LENGTH {
+                    weight * family.inverse_lengths(simd, slot, &bonds.reference)
+                } else {
+                    weight
+                };
+                let moment = (along * lengths.squared).only(mask);
                 weighted = weighted + moment;
                 sum = sum + (moment * at.stretch).only(mask);
-                let dilating = (weight * at.shrunk).only(mask);
-                let shearing = (dilating * at.stretch).only(mask);
+                let dilating = (along * at.shrunk).only(mask);
+                let shearing = if PER_LENGTH { weight * at.shrunk } else { dilating };
+                let shearing = (shearing * at.stretch).only(mask);
                 let deformed = bonds.deformed();
                 for axis in 0..D {
                     shear[axis] = shearing.mul_add(deformed[axis], shear[axis]);
                     dilated[axis] = dilating.mul_add(deformed[axis], dilated[axis]);
                 }
             }
-            let weighted = weighted.total();
-            let inverse = if weighted > 0.0 { 1.0 / weighted } else { 0.0 };
-            let dimension = D as f64;
-            let theta = dimension * inverse * sum.total();
-            let [kappa, deviatoric] = moduli(point);
-            let a = inverse * deviatoric;
-            let b = inverse * theta * (dimension * kappa - deviatoric / dimension);
+            let [a, b] = pulls(point, [weighted.total(), sum.total()]);
             for axis in 0..D {
                 force[axis] = a * shear[axis].total() + b * dilated[axis].total();
             }
@@ -72,14 +77,14 @@ impl<M: Fn(usize) -> [f64; 2], const D: usize> Kernel for OwnPull<'_, M, D> {
 }
 
 /// The second sweep: adds what the other ends of bonds pull. Gives the first point whose force is not finite.
-pub(crate) struct OtherPull<'a, const D: usize> {
+pub(crate) struct OtherPull<'a, const D: usize, const PER_LENGTH: bool> {
     /// With the records that the first sweep has left.
     pub(crate) family: Family<'a>,
     pub(crate) range: Range<usize>,
     pub(crate) force: &'a mut [f64],
 }
 
-impl<const D: usize> Kernel for OtherPull<'_, D> {
+impl<const D: usize, const PER_LENGTH: bool> Kernel for OtherPull<'_, D, PER_LENGTH> {
     type Output = Option<usize>;
 
     #[inline(always)]
@@ -94,7 +99,12 @@ impl<const D: usize> Kernel for OtherPull<'_, D> {
             for slot in (start..end).step_by(S::WIDTH) {
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
                 let at = bonds.lengths(simd).stretches(simd);
-                let tension = at.stretch.mul_add(bonds.volume, bonds.last);
+                let dilating = if PER_LENGTH {
+                    bonds.last * family.inverse_lengths(simd, slot, &bonds.reference)
+                } else {
+                    bonds.last
+                };
+                let tension = at.stretch.mul_add(bonds.volume, dilating);
                 let pull = family.weighted(simd, slot, &bonds.reference, tension) * at.shrunk;
                 let pull = pull.only(simd.mask(family.bits(slot)));
                 let deformed = bonds.deformed();
@@ -110,5 +120,52 @@ impl<const D: usize> Kernel for OtherPull<'_, D> {
             }
         }
         bad
+    }
+}
+
+/// Gives the sums that the first sweep makes, and sum w L^2 s^2 V, of the points of a range that are wanted to `finish`.
+pub(crate) struct Extensions<'a, W, F, const D: usize, const PER_LENGTH: bool> {
+    pub(crate) family: Family<'a>,
+    pub(crate) range: Range<usize>,
+    pub(crate) wanted: W,
+    pub(crate) finish: F,
+}
+
+impl<W, F, const D: usize, const PER_LENGTH: bool> Kernel for Extensions<'_, W, F, D, PER_LENGTH>
+where
+    W: Fn(usize) -> bool,
+    F: FnMut(usize, [f64; 2], f64),
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { family, range, wanted, mut finish } = self;
+        for point in range {
+            if !wanted(point) {
+                continue;
+            }
+            let zero = simd.splat(0.0);
+            let own = family.own(simd, point);
+            let (mut weighted, mut sum, mut squares) = (zero, zero, zero);
+            let (start, end) = family.slots(point);
+            for slot in (start..end).step_by(S::WIDTH) {
+                let bonds = family.bonds::<S, D>(simd, &own, slot);
+                let lengths = bonds.lengths(simd);
+                let mask = simd.mask(family.bits(slot));
+                let at = lengths.stretches(simd);
+                let square =
+                    family.weighted(simd, slot, &bonds.reference, bonds.volume) * lengths.squared;
+                let moment = if PER_LENGTH {
+                    square * family.inverse_lengths(simd, slot, &bonds.reference)
+                } else {
+                    square
+                };
+                weighted = weighted + moment.only(mask);
+                sum = sum + (moment * at.stretch).only(mask);
+                squares = squares + (square * at.stretch * at.stretch).only(mask);
+            }
+            finish(point, [weighted.total(), sum.total()], squares.total());
+        }
     }
 }

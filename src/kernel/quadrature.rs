@@ -9,11 +9,77 @@ use std::ops::Range;
 use super::family::{Family, Table};
 use super::simd::{Kernel, Lanes, Simd};
 
-/// A law that is asked in lanes: Saint Venant-Kirchhoff with lambda and mu.
+/// A law that is asked at bonds.
+pub(crate) trait BondLaw<const D: usize> {
+    /// Energy and stress of the displacement gradients of the bonds from a slot on, of those in `bits`.
+    fn answer<S: Simd>(
+        &mut self,
+        simd: S,
+        family: &Family<'_>,
+        at: (usize, usize),
+        bits: u8,
+        gradient: &[[S::Lanes; D]; D],
+    ) -> (S::Lanes, [[S::Lanes; D]; D]);
+}
+
+/// Saint Venant-Kirchhoff with lambda and mu, in lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct Stress {
     pub(crate) lambda: f64,
     pub(crate) mu: f64,
+}
+
+/// One bond after the other: by point, slot, other end and displacement gradient.
+#[derive(Clone, Copy)]
+pub(crate) struct BondByBond<F>(pub(crate) F);
+
+impl<F, const D: usize> BondLaw<D> for BondByBond<F>
+where
+    F: FnMut(usize, usize, usize, &[[f64; D]; D]) -> (f64, [[f64; D]; D]),
+{
+    #[inline(always)]
+    fn answer<S: Simd>(
+        &mut self,
+        simd: S,
+        family: &Family<'_>,
+        (point, slot): (usize, usize),
+        bits: u8,
+        gradient: &[[S::Lanes; D]; D],
+    ) -> (S::Lanes, [[S::Lanes; D]; D]) {
+        let (mut gradients, mut stresses) = ([[[0.0; 8]; D]; D], [[[0.0; 8]; D]; D]);
+        let mut energies = [0.0; 8];
+        for row in 0..D {
+            for column in 0..D {
+                gradient[row][column].store(&mut gradients[row][column]);
+            }
+        }
+        let names = family.names::<S>(slot);
+        for lane in 0..S::WIDTH {
+            if bits >> lane & 1 == 0 {
+                continue;
+            }
+            let mut own = [[0.0; D]; D];
+            for row in 0..D {
+                for column in 0..D {
+                    own[row][column] = gradients[row][column][lane];
+                }
+            }
+            let (energy, stress) = (self.0)(point, slot + lane, names[lane] as usize, &own);
+            energies[lane] = energy;
+            for row in 0..D {
+                for column in 0..D {
+                    stresses[row][column][lane] = stress[row][column];
+                }
+            }
+        }
+        let mut stress = *gradient;
+        for row in 0..D {
+            for column in 0..D {
+                stress[row][column] = simd.load(&stresses[row][column]);
+            }
+        }
+        (simd.load(&energies), stress)
+    }
 }
 
 /// Where a row of the table has 1/sum w V, behind the gradient.
@@ -26,80 +92,137 @@ pub(crate) const fn odd_place(dimension: usize) -> usize {
     weight_place(dimension) + 1
 }
 
-/// Gives Z_i and the force of all bonds themselves to `finish`, for the points of a range; and whether one of the
-/// ends does not span the body, so that bonds are to be asked otherwise.
-pub(crate) struct BondStresses<'a, F, const D: usize, const C: usize> {
+/// What sweeps over the middles of bonds share.
+#[derive(Clone, Copy)]
+pub(crate) struct Middles<'a, const C: usize> {
     pub(crate) family: Family<'a>,
     pub(crate) table: Table<'a, C>,
-    pub(crate) stress: Stress,
+}
+
+/// What the middles of all bonds of a point share.
+struct End<F, const D: usize> {
+    record: [F; 8],
+    /// Halves of its gradient and of 1/sum w V.
+    half_gradient: [[F; D]; D],
+    half_weight: F,
+}
+
+/// The middles of a block of bonds.
+struct Middle<F, const D: usize> {
+    /// xi and xi/L^2
+    reference: [F; D],
+    along: [F; D],
+    /// H_ij
+    gradient: [[F; D]; D],
+    /// 1/sum w V of the other end, and 1 if its family does not span the body.
+    weight: F,
+    odd: F,
+    volume: F,
+}
+
+impl<const C: usize> Middles<'_, C> {
+    #[inline(always)]
+    fn end<S: Simd, const D: usize>(&self, simd: S, point: usize) -> End<S::Lanes, D> {
+        let row = self.table.row(point);
+        let mut half_gradient = [[simd.splat(0.0); D]; D];
+        for axis in 0..D {
+            for column in 0..D {
+                half_gradient[axis][column] = simd.splat(0.5 * row[axis * D + column]);
+            }
+        }
+        let half_weight = simd.splat(0.5 * row[weight_place(D)]);
+        End { record: self.family.own(simd, point), half_gradient, half_weight }
+    }
+
+    #[inline(always)]
+    fn at<S: Simd, const D: usize>(
+        &self,
+        simd: S,
+        end: &End<S::Lanes, D>,
+        slot: usize,
+        mask: S::Mask,
+    ) -> Middle<S::Lanes, D> {
+        let Self { family, table } = *self;
+        let (zero, one, half) = (simd.splat(0.0), simd.splat(1.0), simd.splat(0.5));
+        let bonds = family.bonds::<S, D>(simd, &end.record, slot);
+        let xi = bonds.reference;
+        let mut columns = [zero; C];
+        for first in (0..odd_place(D) + 1).step_by(4) {
+            // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
+            let four = unsafe { table.columns(simd, first, family.names::<S>(slot)) };
+            columns[first..first + 4].copy_from_slice(&four);
+        }
+        let mut squared = xi[0] * xi[0];
+        for x in &xi[1..] {
+            squared = x.mul_add(*x, squared);
+        }
+        // Lanes without a bond have no length.
+        let inverse = squared.or(mask, one).reciprocal();
+        let (mut along, mut gradient) = (xi, end.half_gradient);
+        for axis in 0..D {
+            along[axis] = xi[axis] * inverse;
+            let mut unseen = bonds.moved[axis];
+            for column in 0..D {
+                let own = end.half_gradient[axis][column];
+                let mean = columns[axis * D + column].mul_add(half, own);
+                gradient[axis][column] = mean;
+                unseen = mean.mul_sub_from(xi[column], unseen);
+            }
+            for column in 0..D {
+                gradient[axis][column] =
+                    unseen.mul_add(xi[column] * inverse, gradient[axis][column]);
+            }
+        }
+        let (weight, odd) = (columns[weight_place(D)], columns[odd_place(D)].only(mask));
+        Middle { reference: xi, along, gradient, weight, odd, volume: bonds.volume }
+    }
+}
+
+/// Gives Z_i and the force of all bonds themselves to `finish`, for the points of a range that are wanted; and whether
+/// one of the ends does not span the body, so that bonds are to be asked otherwise.
+pub(crate) struct BondStresses<'a, L, W, F, const D: usize, const C: usize> {
+    pub(crate) middles: Middles<'a, C>,
+    pub(crate) law: L,
     pub(crate) range: Range<usize>,
+    pub(crate) wanted: W,
     pub(crate) finish: F,
 }
 
-impl<F, const D: usize, const C: usize> Kernel for BondStresses<'_, F, D, C>
+impl<L, W, F, const D: usize, const C: usize> Kernel for BondStresses<'_, L, W, F, D, C>
 where
+    L: BondLaw<D>,
+    W: Fn(usize) -> bool,
     F: FnMut(usize, &[[f64; D]; D], &[f64; D], bool),
 {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { family, table, stress, range, mut finish } = self;
-        let (zero, one, half) = (simd.splat(0.0), simd.splat(1.0), simd.splat(0.5));
+        let Self { middles, mut law, range, wanted, mut finish } = self;
+        let (family, zero, half) = (middles.family, simd.splat(0.0), simd.splat(0.5));
         for point in range {
-            let own = family.own(simd, point);
-            let row = table.row(point);
-            let mut own_half = [[zero; D]; D];
-            for axis in 0..D {
-                for column in 0..D {
-                    own_half[axis][column] = simd.splat(0.5 * row[axis * D + column]);
-                }
+            if !wanted(point) {
+                continue;
             }
-            let own_weight = simd.splat(0.5 * row[weight_place(D)]);
+            let end = middles.end::<S, D>(simd, point);
             let (mut through, mut straight, mut odd) = ([[zero; D]; D], [zero; D], zero);
-            let (start, end) = family.slots(point);
-            for slot in (start..end).step_by(S::WIDTH) {
-                let mask = simd.mask(family.bits(slot));
-                let bonds = family.bonds::<S, D>(simd, &own, slot);
-                let xi = bonds.reference;
-                let mut columns = [zero; C];
-                for first in (0..=odd_place(D)).step_by(4) {
-                    // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
-                    let four = unsafe { table.columns(simd, first, family.names::<S>(slot)) };
-                    columns[first..first + 4].copy_from_slice(&four);
-                }
-                odd = odd + columns[odd_place(D)].only(mask);
-                let mut squared = xi[0] * xi[0];
-                for x in &xi[1..] {
-                    squared = x.mul_add(*x, squared);
-                }
-                // Lanes without a bond have no length.
-                let inverse = squared.or(mask, one).reciprocal();
-                let (mut along, mut gradient) = (xi, own_half);
+            let (start, stop) = family.slots(point);
+            for slot in (start..stop).step_by(S::WIDTH) {
+                let bits = family.bits(slot);
+                let mask = simd.mask(bits);
+                let at = middles.at(simd, &end, slot, mask);
+                odd = odd + at.odd;
+                let (_, stress) = law.answer(simd, &family, (point, slot), bits, &at.gradient);
+                let weight = at.weight.mul_add(half, end.half_weight) * at.volume;
+                let weight = family.weighted(simd, slot, &at.reference, weight).only(mask);
                 for axis in 0..D {
-                    along[axis] = xi[axis] * inverse;
-                    let mut unseen = bonds.moved[axis];
-                    for column in 0..D {
-                        let mean = columns[axis * D + column].mul_add(half, own_half[axis][column]);
-                        gradient[axis][column] = mean;
-                        unseen = mean.mul_sub_from(xi[column], unseen);
-                    }
-                    for column in 0..D {
-                        gradient[axis][column] =
-                            unseen.mul_add(xi[column] * inverse, gradient[axis][column]);
-                    }
-                }
-                let stress = stress.answer::<S, D>(simd, &gradient);
-                let weight = columns[weight_place(D)].mul_add(half, own_weight) * bonds.volume;
-                let weight = family.weighted(simd, slot, &bonds.reference, weight).only(mask);
-                for axis in 0..D {
-                    let mut pull = stress[axis][0] * along[0];
+                    let mut pull = stress[axis][0] * at.along[0];
                     for column in 1..D {
-                        pull = stress[axis][column].mul_add(along[column], pull);
+                        pull = stress[axis][column].mul_add(at.along[column], pull);
                     }
                     straight[axis] = weight.mul_add(pull, straight[axis]);
                     for column in 0..D {
-                        let across = pull.mul_sub_from(xi[column], stress[axis][column]);
+                        let across = pull.mul_sub_from(at.reference[column], stress[axis][column]);
                         through[axis][column] = weight.mul_add(across, through[axis][column]);
                     }
                 }
@@ -111,19 +234,63 @@ where
                     sum[axis][column] = through[axis][column].total();
                 }
             }
-            finish(point, &sum, &force, odd.total() > 0.0 || row[odd_place(D)] > 0.0);
+            finish(point, &sum, &force, odd.total() + middles.table.row(point)[odd_place(D)] > 0.0);
+        }
+    }
+}
+
+/// Gives sum w W_ij V_j/sum w V to `finish` in the same way.
+pub(crate) struct BondEnergies<'a, L, W, F, const D: usize, const C: usize> {
+    pub(crate) middles: Middles<'a, C>,
+    pub(crate) law: L,
+    pub(crate) range: Range<usize>,
+    pub(crate) wanted: W,
+    pub(crate) finish: F,
+}
+
+impl<L, W, F, const D: usize, const C: usize> Kernel for BondEnergies<'_, L, W, F, D, C>
+where
+    L: BondLaw<D>,
+    W: Fn(usize) -> bool,
+    F: FnMut(usize, f64, bool),
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { middles, mut law, range, wanted, mut finish } = self;
+        let family = middles.family;
+        for point in range {
+            if !wanted(point) {
+                continue;
+            }
+            let end = middles.end::<S, D>(simd, point);
+            let (mut sum, mut odd) = (simd.splat(0.0), simd.splat(0.0));
+            let (start, stop) = family.slots(point);
+            for slot in (start..stop).step_by(S::WIDTH) {
+                let bits = family.bits(slot);
+                let mask = simd.mask(bits);
+                let at = middles.at(simd, &end, slot, mask);
+                odd = odd + at.odd;
+                let (energy, _) = law.answer(simd, &family, (point, slot), bits, &at.gradient);
+                sum =
+                    sum + family.weighted(simd, slot, &at.reference, energy * at.volume).only(mask);
+            }
+            let row = middles.table.row(point);
+            let held = sum.total() * row[weight_place(D)];
+            finish(point, held, odd.total() + row[odd_place(D)] > 0.0);
         }
     }
 }
 
 impl Stress {
-    /// P = F (lambda tr(E) I + 2 mu E) of a displacement gradient, with 2 E = H + H^T + H^T H.
+    /// W = lambda/2 tr(E)^2 + mu E:E and P = F (lambda tr(E) I + 2 mu E), with 2 E = H + H^T + H^T H.
     #[inline(always)]
-    pub(super) fn answer<S: Simd, const D: usize>(
+    pub(super) fn at<S: Simd, const D: usize>(
         &self,
         simd: S,
         gradient: &[[S::Lanes; D]; D],
-    ) -> [[S::Lanes; D]; D] {
+    ) -> (S::Lanes, [[S::Lanes; D]; D]) {
         let (half_lambda, mu) = (simd.splat(0.5 * self.lambda), simd.splat(self.mu));
         let mut second = *gradient;
         for row in 0..D {
@@ -140,13 +307,18 @@ impl Stress {
             trace = trace + second[axis][axis];
         }
         let pressure = half_lambda * trace;
+        let (mut held, mut sheared) = (pressure * trace, simd.splat(0.0));
         for row in 0..D {
             for column in row..D {
-                let shear = mu * second[row][column];
-                second[row][column] = if row == column { shear + pressure } else { shear };
+                let strain = second[row][column];
+                let shear = mu * strain;
+                let diagonal = row == column;
+                sheared = shear.mul_add(if diagonal { strain } else { strain + strain }, sheared);
+                second[row][column] = if diagonal { shear + pressure } else { shear };
                 second[column][row] = second[row][column];
             }
         }
+        held = (held + sheared) * simd.splat(0.25);
         let mut stress = second;
         for row in 0..D {
             for column in 0..D {
@@ -156,6 +328,20 @@ impl Stress {
                 }
             }
         }
-        stress
+        (held, stress)
+    }
+}
+
+impl<const D: usize> BondLaw<D> for Stress {
+    #[inline(always)]
+    fn answer<S: Simd>(
+        &mut self,
+        simd: S,
+        _: &Family<'_>,
+        _: (usize, usize),
+        _: u8,
+        gradient: &[[S::Lanes; D]; D],
+    ) -> (S::Lanes, [[S::Lanes; D]; D]) {
+        self.at(simd, gradient)
     }
 }

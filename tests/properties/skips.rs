@@ -43,7 +43,7 @@ fn run(points: &Points, skips: Skips) -> (Vec<Vec<u64>>, u64) {
     }
     simulation.set(Field::Velocity, &velocities).unwrap();
     simulation.step(0.25, 12).unwrap();
-    (state_bits(&simulation), simulation.health().unwrap().broken_bonds as u64)
+    (state_bits(&simulation), simulation.health().unwrap().broken_bonds)
 }
 
 #[test]

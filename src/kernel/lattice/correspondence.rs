@@ -112,7 +112,7 @@ where
                 }
                 let mut stress = slopes;
                 match law {
-                    Some(law) => stress = law.answer::<S, D>(simd, &slopes),
+                    Some(law) => stress = law.at(simd, &slopes).1,
                     None => {
                         let mut answers = [[[0.0; LANES]; D]; D];
                         for lane in lane..lane + S::WIDTH {

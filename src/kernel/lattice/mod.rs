@@ -13,7 +13,7 @@ use crate::families::lattice::{Lattice, Step};
 
 pub(crate) use bond_based::BondSweep;
 pub(crate) use correspondence::{PullSweep, StressSweep, is_odd, kept_sums};
-pub(crate) use ordinary_state_based::{DilationSweep, Lps, TensionSweep};
+pub(crate) use ordinary_state_based::{DilationSweep, Moduli, TensionSweep};
 
 /// A step of the stencil, ready for a sweep.
 #[derive(Debug, Clone, Copy, Default)]

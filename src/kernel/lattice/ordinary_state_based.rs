@@ -14,7 +14,7 @@ use crate::kernel::simd::{Kernel, Lanes, Simd};
 
 /// The moduli kappa and C.
 #[derive(Clone, Copy)]
-pub(crate) struct Lps {
+pub(crate) struct Moduli {
     pub(crate) kappa: f64,
     pub(crate) deviatoric: f64,
 }
@@ -22,7 +22,7 @@ pub(crate) struct Lps {
 /// a and b of the points of a range of groups, whose cells begin at `first`. Bonds break first.
 pub(crate) struct DilationSweep<'a, J, const D: usize> {
     pub(crate) groups: Groups<'a, D>,
-    pub(crate) moduli: Lps,
+    pub(crate) moduli: Moduli,
     pub(crate) range: Range<usize>,
     pub(crate) first: usize,
     pub(crate) left: [&'a mut [f64]; 2],
@@ -63,7 +63,7 @@ impl<J: Judge, const D: usize> Kernel for DilationSweep<'_, J, D> {
 
 struct Left<'a, S> {
     simd: S,
-    moduli: Lps,
+    moduli: Moduli,
     /// sum w L^2 of a whole family.
     whole: f64,
     columns: [&'a mut [f64]; 2],
@@ -81,7 +81,7 @@ impl<S: Simd> Left<'_, S> {
         place: usize,
     ) -> (bool, bool) {
         let (simd, dimension) = (self.simd, D as f64);
-        let Lps { kappa, deviatoric } = self.moduli;
+        let Moduli { kappa, deviatoric } = self.moduli;
         let (mut beyond, mut finite) = (0, true);
         for lane in (0..LANES).step_by(S::WIDTH) {
             let at = (groups.cell(group) + lane, lane);

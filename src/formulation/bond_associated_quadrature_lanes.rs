@@ -1,0 +1,286 @@
+//! Bond-associated quadrature points in lanes: gradients of points, laws at the middles of bonds, and what bonds pull
+//! by themselves and through the gradients of their ends.
+//!
+//! Laws but Saint Venant-Kirchhoff's are asked bond by bond between the lanes. Points with an end of a bond that does
+//! not span the body are computed by single bonds.
+
+use std::cell::RefCell;
+
+use super::body::Body;
+use super::bond_associated_quadrature::{Baqp, MOST_LEFT, before_rows};
+use super::breaking::Near;
+use super::correspondence::gradient_at;
+use super::kept_rows::{Order, Point, Points, Sweep, leave, pull};
+use super::passes::{Passes, Room};
+use super::{Asked, EnergyPart, Scene, in_lanes};
+use crate::damage::Breaking;
+use crate::families::LANES;
+use crate::kernel::family::{Record, Table};
+use crate::kernel::quadrature::{
+    BondByBond, BondEnergies, BondLaw, BondStresses, Middles, odd_place, weight_place,
+};
+use crate::material::{Answer, Deformation};
+use crate::tensor::{Tensor, Vector, identity, zero};
+use crate::workers::{PerPoint, Ragged};
+
+/// Numbers of a row of the table of gradients.
+pub(super) const GRADIENT: usize = 12;
+
+fn gradient_row<const D: usize, const SIZE: usize>(
+    gradient: &Tensor<D>,
+    kept: Point<'_, D, SIZE>,
+    odd: f64,
+) -> [f64; GRADIENT] {
+    let mut row = [0.0; GRADIENT];
+    row[..D * D].copy_from_slice(gradient.as_flattened());
+    row[weight_place(D)] = kept.inverse_weight();
+    row[odd_place(D)] = odd;
+    row
+}
+
+/// Gradients of points that have been swept in lanes, and what is kept of their families.
+struct Swept<'a, const D: usize, const SIZE: usize> {
+    baqp: &'a Baqp,
+    body: Body<'a, D>,
+    middles: Middles<'a, GRADIENT>,
+    records: &'a [Record],
+    gradients: &'a [[f64; GRADIENT]],
+    kept: &'a Points<'a>,
+}
+
+impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
+    /// What the first pass would leave of a point.
+    fn left(&self, point: usize) -> [f64; MOST_LEFT] {
+        let mut numbers = [0.0; MOST_LEFT];
+        let kept: Point<'_, D, SIZE> = self.kept.at(point);
+        if !kept.spans() {
+            let width = before_rows(D) + D * SIZE;
+            self.baqp.prepare_point(&self.body, point, &mut numbers[..width]);
+            return numbers;
+        }
+        numbers[0] = kept.inverse_weight();
+        numbers[1] = D as f64;
+        numbers[2..2 + D * D].copy_from_slice(&self.gradients[point][..D * D]);
+        let whole: Tensor<D> = identity();
+        numbers[2 + D * D..before_rows(D)].copy_from_slice(whole.as_flattened());
+        let rows = before_rows(D)..before_rows(D) + D * SIZE;
+        numbers[rows].copy_from_slice(kept.rows().as_flattened());
+        numbers
+    }
+
+    /// Makes the records of laws, of the points that are wanted.
+    fn ask(&self, records: &mut [f64], wanted: impl Fn(usize) -> bool + Sync) {
+        let (laws, scene) = (&self.baqp.laws, self.body.scene);
+        let (offsets, width) = (&scene.families.offsets, laws.width());
+        let outputs = Ragged { values: &mut *records, offsets, width: LANES * width };
+        scene.workers.sweep(scene.places.len(), outputs, |range, new| {
+            let (first, new) = (offsets[range.start] as usize * LANES * width, new.values);
+            let old = &scene.bonds.records[first..first + new.len()];
+            new.copy_from_slice(old);
+            let new = RefCell::new(new);
+            let remember = |point, site, deformation: &Deformation<D>| {
+                let own = site * width - first..(site + 1) * width - first;
+                laws.remember_at(scene, (point, site), deformation, &mut new.borrow_mut()[own]);
+            };
+            scene.simd.run(BondStresses {
+                middles: self.middles,
+                law: BondByBond(|point, slot, _, gradient: &Tensor<D>| {
+                    remember(point, slot, &Deformation::whole(gradient));
+                    (0.0, zero())
+                }),
+                range,
+                wanted: &wanted,
+                finish: |point, _: &_, _: &_, odd| {
+                    let left = |point| self.left(point);
+                    if odd {
+                        Baqp::each_quadrature(&self.body, point, left, |link, at| {
+                            remember(point, link.slot, &at.deformation);
+                        });
+                    }
+                },
+            });
+        });
+        laws.ask_host(scene, records);
+    }
+
+    /// What a point pulls by itself goes to the forces, and what others pull of it is left.
+    fn forces<const C: usize>(
+        &self,
+        law: impl BondLaw<D> + Copy + Sync,
+        force: &mut [f64],
+        left: &mut [[f64; C]],
+    ) {
+        let scene = self.body.scene;
+        let outputs = (PerPoint(force, D), PerPoint(left, 1));
+        scene.workers.sweep(scene.places.len(), outputs, |range, (force, left)| {
+            let (forces, _) = force.0.as_chunks_mut::<D>();
+            let first = range.start;
+            let finish = |point: usize, through: &Tensor<D>, straight: &Vector<D>, odd: bool| {
+                let (at, kept) = (point - first, self.kept.at::<D, SIZE>(point));
+                let (record, left) = (&self.records[point], &mut left.0[at]);
+                let own = if odd {
+                    self.odd(point, kept, left)
+                } else {
+                    let own = leave(record, through, kept.rows(), kept, left);
+                    std::array::from_fn(|axis| straight[axis] + own[axis])
+                };
+                forces[at] = own;
+            };
+            let (middles, wanted) = (self.middles, |_| true);
+            scene.simd.run(BondStresses { middles, law, range, wanted, finish });
+        });
+    }
+
+    /// The same of a point with an end of a bond that does not span the body.
+    fn odd<const C: usize>(
+        &self,
+        point: usize,
+        kept: Point<'_, D, SIZE>,
+        left: &mut [f64; C],
+    ) -> Vector<D> {
+        let (straight, through) =
+            self.baqp.single_bonds(&self.body, point, |point| self.left(point));
+        let numbers = self.left(point);
+        let (rows, _) = numbers[before_rows(D)..].as_chunks();
+        let pulled = leave(&self.records[point], &through, rows, kept, left);
+        std::array::from_fn(|axis| straight[axis] + pulled[axis])
+    }
+
+    fn energies(
+        &self,
+        law: impl BondLaw<D> + Copy + Sync,
+        density: &mut [f64],
+        wanted: impl Fn(usize) -> bool + Sync,
+    ) {
+        let scene = self.body.scene;
+        scene.workers.sweep(scene.places.len(), PerPoint(density, 1), |range, density| {
+            let first = range.start;
+            let finish = |point: usize, energy: f64, odd: bool| {
+                let own = || {
+                    let weight = self.kept.at::<D, SIZE>(point).inverse_weight();
+                    weight * self.baqp.held(&self.body, point, |point| self.left(point))
+                };
+                density.0[point - first] = if odd { own() } else { energy };
+            };
+            let middles = self.middles;
+            scene.simd.run(BondEnergies { middles, law, range, wanted: &wanted, finish });
+        });
+    }
+}
+
+impl Baqp {
+    /// Gradients of the points that are wanted.
+    fn swept_gradients<const D: usize, const SIZE: usize>(
+        &self,
+        sweep: Sweep<'_>,
+        gradients: &mut [[f64; GRADIENT]],
+        breaking: &mut Option<Breaking<'_>>,
+        wanted: impl Fn(usize) -> bool + Sync,
+    ) -> Points<'_> {
+        let kept = self.kept.sweep::<D, SIZE, _>(
+            Order { order: self.order, looks_twice: true },
+            sweep,
+            breaking,
+            PerPoint(&mut *gradients, 1),
+            &wanted,
+            |_, kept, gradient, row| row.0[0] = gradient_row(gradient, kept, 0.0),
+        );
+        let remaining = &in_lanes::remaining(sweep.scene, breaking);
+        let body = &Body::<D>::new(remaining, &self.weights);
+        kept.odd::<D, SIZE, _>(remaining, PerPoint(gradients, 1), |point, kept, row| {
+            if wanted(point) {
+                let (_, gradient, ..) = gradient_at(body, point, self.order);
+                row.0[0] = gradient_row(&gradient, kept, 1.0);
+            }
+        });
+        kept
+    }
+
+    /// The law of bonds one after the other; of laws with memory what they have answered.
+    fn bond_law<const D: usize>(&self, body: Body<'_, D>) -> impl BondLaw<D> + Copy + Sync {
+        BondByBond(move |point, slot, neighbor, gradient: &Tensor<D>| {
+            let deformation = Deformation::whole(gradient);
+            let Answer { energy, stress } =
+                self.answer(&body, (point, slot), neighbor, &deformation);
+            (energy, stress)
+        })
+    }
+
+    pub(super) fn swept_forces<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        scene: &Scene<'_>,
+        room: Room<'_>,
+        force: &mut [f64],
+        breaking: &mut Option<Breaking<'_>>,
+    ) -> Option<usize> {
+        let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
+        let (records, rest) = in_lanes::table(room.tables, count);
+        let (gradients, rest) = in_lanes::table(rest, count);
+        let (left, _) = in_lanes::table::<C>(rest, count);
+        in_lanes::record::<D>(scene, records);
+        let sweep = Sweep { scene, omega, records };
+        let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, breaking, |_| true);
+        let scene = &in_lanes::remaining(scene, breaking);
+        let sweep = Sweep { scene, ..sweep };
+        let then = |swept: &Swept<'_, D, SIZE>| match self.stress(D) {
+            Some(law) => swept.forces(law, force, left),
+            None => swept.forces(self.bond_law(swept.body), force, left),
+        };
+        self.with_answers(sweep, gradients, kept, (room.records, false), |_| true, then);
+        pull::<D, C>(sweep, left, force)
+    }
+
+    pub(super) fn swept_energy<const D: usize, const SIZE: usize>(
+        &self,
+        scene: &Scene<'_>,
+        room: Room<'_>,
+        density: &mut [f64],
+        part: EnergyPart,
+        near: Option<&Near<'_>>,
+    ) -> bool {
+        let Some(omega) = self.kept.omega(scene, &self.weights) else { return false };
+        let count = scene.places.len();
+        let (records, rest) = in_lanes::table(room.tables, count);
+        let (gradients, _) = in_lanes::table(rest, count);
+        in_lanes::record::<D>(scene, records);
+        let sweep = Sweep { scene, omega, records };
+        let passed = |point| near.is_none_or(|near| near.wants_pass(point));
+        let wanted = |point| near.is_none_or(|near| near.wants_energy(point));
+        density.fill(0.0);
+        if near.is_some() {
+            // Laws are asked at bonds that lead out of what is near.
+            gradients.fill([0.0; GRADIENT]);
+        }
+        let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, &mut None, passed);
+        let dissipated = part == EnergyPart::Plastic;
+        let then = |swept: &Swept<'_, D, SIZE>| match self.stress(D) {
+            Some(law) => swept.energies(law, density, wanted),
+            None => swept.energies(self.bond_law(swept.body), density, wanted),
+        };
+        self.with_answers(sweep, gradients, kept, (room.records, dissipated), passed, then);
+        true
+    }
+
+    /// Calls `then` when the laws of the points that are wanted have been asked, if they have a memory.
+    fn with_answers<const D: usize, const SIZE: usize>(
+        &self,
+        sweep: Sweep<'_>,
+        gradients: &[[f64; GRADIENT]],
+        kept: &Points<'_>,
+        (laws, dissipated): (&mut [f64], bool),
+        wanted: impl Fn(usize) -> bool + Sync,
+        then: impl FnOnce(&Swept<'_, D, SIZE>),
+    ) {
+        let Sweep { scene, records, .. } = sweep;
+        let family = sweep.family();
+        let middles = Middles { family, table: Table::new(&family, gradients) };
+        let body = Body::new(scene, &self.weights);
+        let swept = Swept { baqp: self, body, middles, records, gradients, kept };
+        if !self.laws.remember() {
+            return then(&swept);
+        }
+        swept.ask(laws, wanted);
+        let scene = &Scene { asked: Some(Asked { records: laws, dissipated }), ..*scene };
+        then(&Swept { body: Body::new(scene, &self.weights), ..swept });
+    }
+}

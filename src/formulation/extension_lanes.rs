@@ -1,0 +1,79 @@
+//! Formulations whose bonds pull along themselves, in lanes: w (a s + b) L from each end, with a and b of points.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::body::Weights;
+use super::breaking::Near;
+use super::passes::Room;
+use super::{Scene, in_lanes};
+use crate::damage::Breaking;
+use crate::kernel::family::Record;
+use crate::kernel::ordinary_state_based::{Extensions, OtherPull, OwnPull};
+use crate::workers::PerPoint;
+
+/// Numbers of the tables.
+pub(super) fn room(points: usize) -> usize {
+    2 * points * size_of::<Record>() / size_of::<f64>() + 2 * in_lanes::SLACK
+}
+
+/// Forces of a scene that can be swept in lanes; `pulls`: a and b of a point, from its sums.
+pub(super) fn forces<const D: usize, const PER_LENGTH: bool>(
+    scene: &Scene<'_>,
+    weights: &Weights,
+    room: Room<'_>,
+    force: &mut [f64],
+    breaking: &mut Option<Breaking<'_>>,
+    pulls: impl Fn(usize, [f64; 2]) -> [f64; 2] + Sync,
+) -> Option<usize> {
+    let (omega, count) = (in_lanes::omega(scene, weights)?, scene.places.len());
+    let (records, rest) = in_lanes::table(room.tables, count);
+    let (left, _) = in_lanes::table(rest, count);
+    in_lanes::record::<D>(scene, records);
+    let family = in_lanes::family(scene, records, omega);
+    let (masks, limits) = in_lanes::masks(scene, breaking);
+    let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1), masks);
+    scene.workers.sweep(count, outputs, |range, (force, left, masks)| {
+        let breaking = masks
+            .zip(limits)
+            .map(|(masks, limits)| in_lanes::break_here(scene, range.start, masks, limits));
+        let (force, left, pulls) = (force.0, left.0, &pulls);
+        let sweep = OwnPull::<_, D, PER_LENGTH> { family, pulls, range, force, left, breaking };
+        scene.simd.run(sweep);
+    });
+    let scene = &in_lanes::remaining(scene, breaking);
+    let family = in_lanes::family(scene, left, omega);
+    let bad = AtomicUsize::new(usize::MAX);
+    scene.workers.sweep(count, PerPoint(force, D), |range, force| {
+        let sweep = OtherPull::<D, PER_LENGTH> { family, range, force: force.0 };
+        if let Some(point) = scene.simd.run(sweep) {
+            bad.fetch_min(point, Ordering::Relaxed);
+        }
+    });
+    in_lanes::first(bad)
+}
+
+/// Energies of such a scene; `energy`: that of a point, from its sums and sum w e^2 V.
+pub(super) fn energies<const D: usize, const PER_LENGTH: bool>(
+    scene: &Scene<'_>,
+    weights: &Weights,
+    room: Room<'_>,
+    density: &mut [f64],
+    near: Option<&Near<'_>>,
+    energy: impl Fn(usize, [f64; 2], f64) -> f64 + Sync,
+) -> bool {
+    let Some(omega) = in_lanes::omega(scene, weights) else { return false };
+    let count = scene.places.len();
+    let (records, _) = in_lanes::table(room.tables, count);
+    in_lanes::record::<D>(scene, records);
+    let family = in_lanes::family(scene, records, omega);
+    let wanted = |point| near.is_none_or(|near| near.wants_energy(point));
+    density.fill(0.0);
+    scene.workers.sweep(count, PerPoint(density, 1), |range, density| {
+        let first = range.start;
+        let finish = |point: usize, sums: [f64; 2], squares: f64| {
+            density.0[point - first] = energy(point, sums, squares);
+        };
+        scene.simd.run(Extensions::<_, _, D, PER_LENGTH> { family, range, wanted, finish });
+    });
+    true
+}

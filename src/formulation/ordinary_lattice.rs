@@ -1,0 +1,51 @@
+//! The linear peridynamic solid on a body that is a lattice: dilatations, then tensions, of eight points at once.
+
+use super::on_lattice::{LatticeState, OnLattice, Parts};
+use super::ordinary_state_based::Lps;
+use super::{Scene, in_lanes};
+use crate::damage::Breaking;
+use crate::families::LANES;
+use crate::families::lattice::Lattice;
+use crate::kernel::lattice::{Breaks, DilationSweep, Moduli, TensionSweep};
+
+impl Lps {
+    pub(super) fn forces_on_lattice<const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        (lattice, state): (&Lattice, &LatticeState),
+        force: &mut [f64],
+        breaking: &mut Option<Breaking<'_>>,
+    ) -> Option<usize> {
+        let omega = in_lanes::omega(scene, &self.weights)?;
+        let on = OnLattice::breaking(scene, (lattice, state), breaking.as_ref());
+        let [kappa, deviatoric] = *self.moduli.at(0);
+        let moduli = Moduli { kappa, deviatoric };
+        let influence = |length: f64| omega.influence.value(D, length, omega.horizon);
+        let first = |parts: &mut Parts<'_, D, 2>| {
+            let (groups, look, judge) = (parts.groups, parts.look, on.limits);
+            let outputs = (parts.left.again(), parts.masks.again(), parts.broke.again());
+            scene.workers.sweep(parts.seats, outputs, |range, (left, masks, broke)| {
+                let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
+                let range = range.start / LANES..range.end / LANES;
+                let (first, left) = (left.first, left.values);
+                scene.simd.run(DilationSweep { groups, moduli, range, first, left, breaks });
+            });
+        };
+        let second = |parts: Parts<'_, D, 2>, _: &Scene<'_>| {
+            let Parts { groups, seats, unit, masks, forces, left, .. } = parts;
+            let left = left.values.map(|column| &*column);
+            scene.workers.sweep(seats, (forces, masks), |range, (force, masks)| {
+                let range = range.start / LANES..range.end / LANES;
+                let (force, masks) = (force.0, &*masks.0);
+                scene.simd.run(TensionSweep { groups, left, range, masks, force });
+            });
+            unit.recip()
+        };
+        let remaining = breaking.as_mut().map(|breaking| {
+            breaking.intact.copy_from_slice(scene.bonds.intact);
+            &mut *breaking.intact
+        });
+        let bad = on.sweep(scene, influence, first, second, force, remaining);
+        (bad != usize::MAX).then_some(bad)
+    }
+}
