@@ -206,8 +206,8 @@ impl Formulation for BondBased {
         alike && self.corrected.is_none()
     }
 
-    fn know_rule(&mut self, rule: Option<&BreakRule>) {
-        self.breaks_alike = rule.is_none_or(|rule| rule.uniform().is_some());
+    fn know_limits(&mut self, are_alike: bool) {
+        self.breaks_alike = are_alike;
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {

@@ -22,11 +22,12 @@ pub(super) fn sweep<const D: usize>(
     let count = scene.places.len();
     let mut first = usize::MAX;
     if lattice.as_ref().is_none_or(|on| on.lattice.count < count) {
-        let seats = lattice.as_ref().map(|on| &on.lattice.seat_of[..]);
         let masks = remaining.as_deref_mut();
+        let steps = lattice.is_none() && scene.families.lattice.is_some();
         first = first.min(match scene.families.inverse_lengths {
-            Some(_) => sweep_cloud::<false, D>(scene, law, seats, scratch, force, masks),
-            None => sweep_cloud::<true, D>(scene, law, seats, scratch, force, masks),
+            _ if steps => sweep_cloud::<true, true, D>(scene, law, scratch, force, masks),
+            Some(_) => sweep_cloud::<false, false, D>(scene, law, scratch, force, masks),
+            None => sweep_cloud::<true, false, D>(scene, law, scratch, force, masks),
         });
     }
     if let Some(on) = lattice {
@@ -35,11 +36,11 @@ pub(super) fn sweep<const D: usize>(
     (first != usize::MAX).then_some(first)
 }
 
-/// As [`sweep`], of the points that have no seat on a lattice. Gives a number beyond all points where all is finite.
-fn sweep_cloud<const LEAN: bool, const D: usize>(
+/// As [`sweep`], of the points that are no members of a lattice, and with `STEPS` of all; `LEAN`: lengths are computed.
+/// Gives a number beyond all points where all is finite.
+fn sweep_cloud<const LEAN: bool, const STEPS: bool, const D: usize>(
     scene: &Scene<'_>,
     law: impl BondLaw,
-    seats: Option<&[u32]>,
     scratch: &mut [f64],
     force: &mut [f64],
     remaining: Option<&mut [u8]>,
@@ -53,7 +54,7 @@ fn sweep_cloud<const LEAN: bool, const D: usize>(
     scene.workers.sweep(count, (PerPoint(force, D), remaining), |range, (force, remaining)| {
         let remaining = remaining.map(|masks| masks.values);
         let force = force.0;
-        let sweep = ForceSweep::<_, LEAN, D> { cloud, law, range, seats, force, remaining };
+        let sweep = ForceSweep::<_, LEAN, STEPS, D> { cloud, law, range, force, remaining };
         if let Some(point) = scene.simd.run(sweep) {
             bad.fetch_min(point, Ordering::Relaxed);
         }

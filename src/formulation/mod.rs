@@ -29,7 +29,7 @@ pub(crate) use kinematics::Kinematics;
 pub use operators::Operator;
 pub(crate) use operators::{Derivative, ShapeTensor, differentiate, shape_tensors};
 
-use crate::damage::{BondsView, BreakRule, Breaking};
+use crate::damage::{BondsView, Breaking};
 use crate::error::{Error, Result};
 use crate::families::{Families, Place, Property};
 use crate::kernel::simd::SimdLevel;
@@ -162,8 +162,8 @@ pub(crate) trait Formulation: Send + Sync {
         false
     }
 
-    /// Takes note of the rule by which bonds will break, so that sweeps that break none run as those that do.
-    fn know_rule(&mut self, _rule: Option<&BreakRule>) {}
+    /// Takes note of whether all bonds will break at one stretch, so that sweeps that break none run as those that do.
+    fn know_limits(&mut self, _are_alike: bool) {}
 
     /// Takes the body as it is before the first step, its pre-cracks included, for what it refers to.
     fn refer_to(&mut self, _scene: &Scene<'_>) -> Result<()> {
