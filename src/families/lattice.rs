@@ -225,6 +225,22 @@ impl Lattice {
         (!self.doubtful[step] || squared <= self.most).then_some((neighbor, squared))
     }
 
+    /// Writes the masks of the member in a cell, one for eight steps.
+    pub(super) fn mark_bonds(&self, places: &[Place], cell: usize, masks: &mut [u8]) {
+        for (mask, steps) in masks.iter_mut().zip(self.stencil.chunks(LANES)) {
+            *mask = 0;
+            for (bit, step) in steps.iter().enumerate() {
+                let there = self.point_of[cell.wrapping_add_signed(step.cells)];
+                *mask |= u8::from(there != NOBODY) << bit;
+            }
+        }
+        for step in (0..self.stencil.len()).filter(|&step| self.doubtful[step]) {
+            if self.neighbor(places, cell, step).is_none() {
+                masks[step / LANES] &= !(1 << (step % LANES));
+            }
+        }
+    }
+
     /// Number of the step from the member in a cell to a point, if it is one of the stencil.
     pub(super) fn step_to(&self, cell: usize, point: usize) -> Option<usize> {
         let there = self.cell_of[point];

@@ -237,12 +237,19 @@ impl Families {
         self.bond(point, &lanes, slot)
     }
 
-    /// Masks of the blocks of a point, in which all its bonds are.
+    /// Writes the masks of a point's blocks, in which all its bonds are.
     pub(crate) fn mark_bonds(&self, point: usize, masks: &mut [u8]) {
-        let first = self.offsets[point] as usize * LANES;
-        masks.fill(0);
-        for Bond { slot, .. } in self.bonds(point) {
-            masks[(slot - first) / LANES] |= 1 << (slot % LANES);
+        match self.lanes(point) {
+            Lanes::Steps { lattice, cell, .. } => lattice.mark_bonds(&self.places, cell, masks),
+            Lanes::List { ahead } => {
+                // Only the last block of a list may have lanes without a bond.
+                let Some((last, whole)) = masks.split_last_mut() else { return };
+                whole.fill(u8::MAX);
+                let end = (self.blocks(point).end * LANES).wrapping_add(ahead);
+                let lanes = &self.neighbors[end - LANES..end];
+                let bonds = lanes.iter().filter(|&&neighbor| neighbor as usize != point).count();
+                *last = u8::MAX >> (LANES - bonds);
+            }
         }
     }
 
