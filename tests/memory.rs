@@ -249,6 +249,30 @@ fn a_bond_of_a_cloud_that_can_break_takes_less_than_13_bytes_at_each_end_and_5_i
 }
 
 #[test]
+fn a_lattice_keeps_no_bonds() {
+    let _alone = alone();
+    let points = Points::block(3, &[0.0; 3], &[64.0; 3], 1.0).unwrap();
+    let mut model = Model::new("bond_based").unwrap();
+    for (key, value) in [("density", 1.0), ("youngs_modulus", 1.0), ("horizon", 3.015)] {
+        model.set(key, value).unwrap();
+    }
+    let mut simulation = Simulation::new(&points, &model).unwrap();
+    let bonds = |simulation: &Simulation| {
+        simulation.bond_count().unwrap();
+        simulation.memory().bonds as f64 / points.count() as f64
+    };
+    // A bit a bond at points, in groups, and as groups know those of points, 48; displacements of cells and forces of groups
+    // 48; where points and groups stand in each other, 30.
+    let bytes = bonds(&simulation);
+    assert!((100.0..140.0).contains(&bytes), "{bytes}");
+    assert!((simulation.memory().total() as f64) < 480.0 * points.count() as f64);
+    // With the masks of the next step.
+    model.set("critical_stretch", 0.1).unwrap();
+    simulation = Simulation::new(&points, &model).unwrap();
+    assert!((bytes + 15.0..bytes + 17.0).contains(&bonds(&simulation)));
+}
+
+#[test]
 fn the_bytes_told_are_the_bytes_held() {
     let _alone = alone();
     let points = Points::block(3, &[0.0; 3], &[20.0; 3], 1.0).unwrap();

@@ -6,7 +6,7 @@ mod critical_stretch;
 use crate::error::Result;
 use crate::families::{Families, LANES, Place};
 use crate::memory;
-use crate::workers::{PerPoint, Workers};
+use crate::workers::{PerPoint, Ragged, Workers};
 pub(crate) use critical_stretch::{BreakRule, Interface};
 
 const PURPOSE: &str = "bond state";
@@ -29,16 +29,18 @@ type Kept = (Vec<u8>, Option<Vec<f64>>);
 
 impl BondState {
     /// All bonds intact, and nothing in so many numbers of records.
-    pub(crate) fn new(families: &Families, records: usize) -> Result<Self> {
-        // Only the last block of a point may have lanes without a bond.
-        let mut intact = memory::filled(u8::MAX, families.block_count(), PURPOSE)?;
-        for point in 0..families.offsets.len() - 1 {
-            if let Some(last) = families.blocks(point).next_back() {
-                let lanes = &families.neighbors[last * LANES..][..LANES];
-                let bonds = lanes.iter().filter(|&&neighbor| neighbor as usize != point).count();
-                intact[last] = u8::MAX >> (LANES - bonds);
+    pub(crate) fn new(workers: &Workers, families: &Families, records: usize) -> Result<Self> {
+        let mut intact = memory::filled(0, families.block_count(), PURPOSE)?;
+        let offsets = &families.offsets;
+        let masks = Ragged { values: &mut intact[..], offsets, width: 1 };
+        workers.sweep(families.places.len(), masks, |range, masks| {
+            let first = families.blocks(range.start).start;
+            for point in range {
+                let blocks = families.blocks(point);
+                let masks = &mut masks.values[blocks.start - first..blocks.end - first];
+                families.mark_bonds(point, masks);
             }
-        }
+        });
         let records = memory::filled(0.0, records, "the memory of materials")?;
         Ok(Self { intact, integrity: None, records })
     }

@@ -7,7 +7,9 @@
 #[cfg(test)]
 mod tests;
 
-use super::{Families, LANES, Place};
+use super::grid::{Crossings, Grid};
+use super::search::largest_square;
+use super::{LANES, Place, inverse_length, squared_length};
 use crate::error::Result;
 use crate::memory;
 
@@ -16,18 +18,8 @@ const PURPOSE: &str = "lattices";
 /// No point there.
 pub(crate) const NOBODY: u32 = u32::MAX;
 
-/// Volumes and places that differ by no more than this, over themselves and over the spacing, are alike.
-const TOLERANCE: f64 = 1e-12;
-
-/// Farther off its crossing no point is on the grid, however its coordinates are rounded: bonds between the lattice and
-/// the rest of the body must be judged alike from both ends.
-const MOST_OFF: f64 = 1e-8;
-
 /// Cells a point that a lattice may have; more waste memory on emptiness.
 const CELLS_PER_POINT: usize = 4;
-
-/// Points whose surroundings are looked at for a spacing.
-const SEEDS: usize = 8;
 
 /// A vector from a point of the lattice to a neighbour.
 #[derive(Debug, Clone, Copy)]
@@ -38,6 +30,16 @@ pub(crate) struct Step {
     pub(crate) reference: [f64; 3],
 }
 
+/// What sweeps make of a lattice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum LatticeUse {
+    None,
+    /// They run on it where all of the body is one. Bonds are listed all the same, for sweeps that do not.
+    Whole,
+    /// They run on any part of the body that is one, and members need no lists.
+    Parts,
+}
+
 /// The lattice of a body.
 #[derive(Debug)]
 pub(crate) struct Lattice {
@@ -45,6 +47,10 @@ pub(crate) struct Lattice {
     pub(crate) volume: f64,
     /// In the order of `cells`.
     pub(crate) stencil: Vec<Step>,
+    /// Of each step, whether it is as long as the horizon, so that the places of both ends decide whether there is a bond.
+    doubtful: Vec<bool>,
+    /// The most that the square of a bond's length is.
+    most: f64,
     /// Inner place of the point in each cell; points off the lattice that have neighbours on it have none.
     pub(crate) point_of: Vec<u32>,
     /// Cell of each inner place.
@@ -57,76 +63,6 @@ pub(crate) struct Lattice {
     pub(crate) seat_of: Vec<u32>,
     /// Number of members.
     pub(crate) count: usize,
-}
-
-/// A grid: a crossing, and the distances of planes.
-struct Grid {
-    origin: [f64; 3],
-    spacing: [f64; 3],
-    tolerance: f64,
-}
-
-impl Grid {
-    /// The grid that the surroundings of a point suggest.
-    fn around(places: &[Place], families: &Families, point: usize) -> Option<Self> {
-        let own = &places[point];
-        let (mut spacing, mut longest) = ([f64::INFINITY; 3], 0.0_f64);
-        for bond in families.bonds(point) {
-            let xi: [f64; 3] =
-                std::array::from_fn(|axis| (places[bond.neighbor][axis] - own[axis]).abs());
-            longest = longest.max(bond.length);
-            for axis in 0..3 {
-                if xi[axis] > (1.0 - 1e-9) * bond.length {
-                    spacing[axis] = spacing[axis].min(xi[axis]);
-                }
-            }
-        }
-        // Across a single layer any distance will do, if none of the family is nearer.
-        let spacing = spacing.map(|distance| if distance.is_finite() { distance } else { longest });
-        let origin = [own[0], own[1], own[2]];
-        (longest > 0.0).then_some(Self { origin, spacing, tolerance: 1e-6 })
-    }
-
-    /// The crossing that a place is at.
-    fn crossing(&self, place: &Place) -> Option<[i32; 3]> {
-        let mut numbers = [0; 3];
-        for axis in 0..3 {
-            let along = (place[axis] - self.origin[axis]) / self.spacing[axis];
-            let number = along.round();
-            if !(number.abs() < 1e6 && (along - number).abs() <= self.tolerance) {
-                return None;
-            }
-            numbers[axis] = number as i32;
-        }
-        Some(numbers)
-    }
-
-    /// The same grid with the distances that all points on it agree on, and what they may be off them by.
-    fn refined(self, places: &[Place], farthest: f64) -> Self {
-        let mut ends = [[(0, 0.0); 2]; 3];
-        for place in places {
-            let Some(numbers) = self.crossing(place) else { continue };
-            for axis in 0..3 {
-                let here = (numbers[axis], place[axis] - self.origin[axis]);
-                if here.0 < ends[axis][0].0 {
-                    ends[axis][0] = here;
-                }
-                if here.0 > ends[axis][1].0 {
-                    ends[axis][1] = here;
-                }
-            }
-        }
-        let mut spacing = self.spacing;
-        for (spacing, [low, high]) in spacing.iter_mut().zip(ends) {
-            if high.0 > low.0 {
-                *spacing = (high.1 - low.1) / f64::from(high.0 - low.0);
-            }
-        }
-        let smallest = spacing.iter().copied().fold(f64::INFINITY, f64::min);
-        let rounding = 4.0 * f64::EPSILON * farthest / smallest;
-        let tolerance = (TOLERANCE + rounding).min(MOST_OFF);
-        Self { spacing, tolerance, ..self }
-    }
 }
 
 /// How crossings are numbered as cells.
@@ -176,94 +112,43 @@ impl Numbering {
 }
 
 impl Lattice {
-    /// The lattice of a body of sharp families of one horizon, if it has one that is worth it.
-    pub(crate) fn find(
-        places: &[Place],
-        families: &Families,
-        farthest: f64,
-    ) -> Result<Option<Self>> {
-        let count = places.len();
-        let on = |grid: &Grid, volume: f64, place: &Place| {
-            let alike = (place[3] - volume).abs() <= TOLERANCE * volume;
-            if alike { grid.crossing(place) } else { None }
-        };
-        let mut best: Option<(usize, Grid, f64)> = None;
-        for seed in (0..SEEDS).map(|k| (2 * k + 1) * count / (2 * SEEDS)) {
-            let Some(grid) = Grid::around(places, families, seed) else { continue };
-            let grid = grid.refined(places, farthest);
-            let volume = places[seed][3];
-            let met = places.iter().filter(|place| on(&grid, volume, place).is_some()).count();
-            if best.as_ref().is_none_or(|best| met > best.0) {
-                best = Some((met, grid, volume));
-            }
-            if met == count {
-                break;
-            }
-        }
-        let Some((_, grid, volume)) = best else { return Ok(None) };
-        let each = places.iter().map(|place| on(&grid, volume, place));
-        let crossings: Vec<Option<[i32; 3]>> = memory::collected(each, PURPOSE)?;
-        Self::of(&crossings, families, &grid, volume)
-    }
-
-    fn of(
-        crossings: &[Option<[i32; 3]>],
-        families: &Families,
-        grid: &Grid,
-        volume: f64,
-    ) -> Result<Option<Self>> {
-        let count = crossings.len();
-        let whole = |point: usize| {
-            let mut bonds = families.bonds(point);
-            crossings[point].is_some() && bonds.all(|bond| crossings[bond.neighbor].is_some())
-        };
+    /// The lattice of the crossings of a body of sharp families of one radius, if it is worth it; `whole` tells of each
+    /// inner place whether all its neighbours are at crossings, too.
+    pub(super) fn of(crossings: &Crossings, whole: &[bool], radius: f64) -> Result<Option<Self>> {
+        let Crossings { grid, volume, of } = crossings;
+        let count = of.len();
         let (mut first, mut last) = ([i32::MAX; 3], [i32::MIN; 3]);
-        for numbers in crossings.iter().flatten() {
+        for numbers in of.iter().flatten() {
             for axis in 0..3 {
                 first[axis] = first[axis].min(numbers[axis]);
                 last[axis] = last[axis].max(numbers[axis]);
             }
         }
-        // Vectors to neighbours, as they come: each is looked for among the few that are known.
-        let mut vectors: Vec<[i32; 3]> = Vec::new();
-        let mut members = 0;
-        let mut known = memory::filled(false, (2 * REACH + 1).pow(3), PURPOSE)?;
-        for point in (0..count).filter(|&point| whole(point)) {
-            let Some(own) = crossings[point] else { continue };
-            members += 1;
-            for bond in families.bonds(point) {
-                let Some(other) = crossings[bond.neighbor] else { continue };
-                let vector = [other[0] - own[0], other[1] - own[1], other[2] - own[2]];
-                let Some(number) = number_of(&vector) else { return Ok(None) };
-                if !std::mem::replace(&mut known[number], true) {
-                    memory::push(&mut vectors, vector, PURPOSE)?;
-                }
-            }
-        }
+        let members = whole.iter().filter(|&&whole| whole).count();
         if members == 0 {
             return Ok(None);
         }
+        let counts = std::array::from_fn(|axis| (last[axis] - first[axis]) as usize + 1);
+        let Some(vectors) = vectors(grid, counts, radius)? else { return Ok(None) };
         let mut reach = [0; 3];
-        for vector in &vectors {
+        for (vector, _) in &vectors {
             for axis in 0..3 {
                 reach[axis] = reach[axis].max(vector[axis].unsigned_abs() as usize);
             }
         }
-        let counts = std::array::from_fn(|axis| (last[axis] - first[axis]) as usize + 1);
         let numbering = Numbering::new(first, counts, reach);
         if numbering.cells > count.saturating_mul(CELLS_PER_POINT).min(NOBODY as usize) {
             return Ok(None);
         }
-        let mut stencil = memory::reserved(vectors.len(), PURPOSE)?;
-        for vector in &vectors {
-            let reference: [f64; 3] =
-                std::array::from_fn(|axis| f64::from(vector[axis]) * grid.spacing[axis]);
-            stencil.push(Step { cells: numbering.cells(vector), reference });
+        let mut steps = memory::reserved(vectors.len(), PURPOSE)?;
+        for (vector, is_doubtful) in &vectors {
+            let step = Step { cells: numbering.cells(vector), reference: along(grid, vector) };
+            steps.push((step, *is_doubtful));
         }
-        stencil.sort_unstable_by_key(|step| step.cells);
+        steps.sort_unstable_by_key(|(step, _)| step.cells);
         let mut point_of = memory::filled(NOBODY, numbering.cells, PURPOSE)?;
         let mut cell_of = memory::filled(NOBODY, count, PURPOSE)?;
-        for (point, numbers) in crossings.iter().enumerate() {
+        for (point, numbers) in of.iter().enumerate() {
             let Some(numbers) = numbers else { continue };
             let cell = numbering.cell(numbers);
             if std::mem::replace(&mut point_of[cell], point as u32) != NOBODY {
@@ -272,8 +157,10 @@ impl Lattice {
             cell_of[point] = cell as u32;
         }
         let mut lattice = Self {
-            volume,
-            stencil,
+            volume: *volume,
+            stencil: memory::collected(steps.iter().map(|(step, _)| *step), PURPOSE)?,
+            doubtful: memory::collected(steps.iter().map(|(_, doubtful)| *doubtful), PURPOSE)?,
+            most: largest_square(radius),
             point_of,
             cell_of,
             groups: Vec::new(),
@@ -281,7 +168,7 @@ impl Lattice {
             seat_of: memory::filled(NOBODY, count, PURPOSE)?,
             count: members,
         };
-        lattice.seat(whole)?;
+        lattice.seat(|point| whole[point])?;
         Ok(Some(lattice))
     }
 
@@ -318,19 +205,81 @@ impl Lattice {
         self.groups[seat / LANES] as usize + seat % LANES
     }
 
-    /// Cell of a point, if it is on the lattice.
-    pub(crate) fn cell_of(&self, point: usize) -> Option<usize> {
-        let cell = self.cell_of[point];
-        (cell != NOBODY).then_some(cell as usize)
+    /// Cell of a point whose family is wholly on the lattice.
+    pub(super) fn member(&self, point: usize) -> Option<usize> {
+        (self.seat_of[point] != NOBODY).then(|| self.cell_of[point] as usize)
     }
 
-    /// Number of the step in the stencil that leads so many cells on.
-    pub(crate) fn step(&self, cells: isize) -> Option<usize> {
+    /// The neighbour of the member in a cell along a step of the stencil, and the square of its distance.
+    #[inline(always)]
+    pub(super) fn neighbor(
+        &self,
+        places: &[Place],
+        cell: usize,
+        step: usize,
+    ) -> Option<(usize, f64)> {
+        let there = cell.wrapping_add_signed(self.stencil.get(step)?.cells);
+        let neighbor = self.point_of[there] as usize;
+        if neighbor == NOBODY as usize {
+            return None;
+        }
+        let squared = squared_length(&places[self.point_of[cell] as usize], &places[neighbor]);
+        (!self.doubtful[step] || squared <= self.most).then_some((neighbor, squared))
+    }
+
+    /// The neighbour of a member along a step of the stencil, and 1/L.
+    pub(super) fn bond(&self, places: &[Place], point: usize, step: usize) -> Option<(usize, f64)> {
+        let (neighbor, squared) = self.neighbor(places, self.member(point)?, step)?;
+        Some((neighbor, inverse_length(squared)))
+    }
+
+    /// Writes the masks of the member in a cell, one for eight steps.
+    pub(super) fn mark_bonds(&self, places: &[Place], cell: usize, masks: &mut [u8]) {
+        for (mask, steps) in masks.iter_mut().zip(self.stencil.chunks(LANES)) {
+            *mask = 0;
+            for (bit, step) in steps.iter().enumerate() {
+                let there = self.point_of[cell.wrapping_add_signed(step.cells)];
+                *mask |= u8::from(there != NOBODY) << bit;
+            }
+        }
+        for step in (0..self.stencil.len()).filter(|&step| self.doubtful[step]) {
+            if self.neighbor(places, cell, step).is_none() {
+                masks[step / LANES] &= !(1 << (step % LANES));
+            }
+        }
+    }
+
+    /// Number of the step from the member in a cell to a point, if it is one of the stencil.
+    pub(super) fn step_to(&self, cell: usize, point: usize) -> Option<usize> {
+        let there = self.cell_of[point];
+        if there == NOBODY {
+            return None;
+        }
+        let cells = there as isize - cell as isize;
         self.stencil.binary_search_by_key(&cells, |step| step.cells).ok()
+    }
+
+    /// Writes the masks of a group, one a step of the stencil, from those of its members, one for eight steps each.
+    pub(crate) fn turn<'a>(
+        &self,
+        group: usize,
+        of_member: impl Fn(usize) -> &'a [u8],
+        masks: &mut [u8],
+    ) {
+        let seats = &self.members[group * LANES..(group + 1) * LANES];
+        let rows: [&[u8]; LANES] = std::array::from_fn(|lane| match seats[lane] {
+            NOBODY => &[][..],
+            member => of_member(member as usize),
+        });
+        for (eight, masks) in masks.chunks_exact_mut(LANES).enumerate() {
+            let of_lane = rows.map(|row| row.get(eight).copied().unwrap_or(0));
+            masks.copy_from_slice(&transposed(of_lane));
+        }
     }
 
     pub(crate) fn bytes(&self) -> usize {
         memory::bytes(&self.stencil)
+            + memory::bytes(&self.doubtful)
             + memory::bytes(&self.point_of)
             + memory::bytes(&self.cell_of)
             + memory::bytes(&self.groups)
@@ -342,15 +291,53 @@ impl Lattice {
 /// Crossings along an axis that a stencil may reach.
 const REACH: usize = 16;
 
-/// A number of its own for each vector that a stencil may have.
-fn number_of(vector: &[i32; 3]) -> Option<usize> {
-    let mut number = 0;
-    for along in vector {
-        let shifted = usize::try_from(along + REACH as i32).ok()?;
-        if shifted > 2 * REACH {
-            return None;
-        }
-        number = number * (2 * REACH + 1) + shifted;
+/// Crossings from one to another, and whether the places of both ends decide about a bond.
+type Vectors = Vec<([i32; 3], bool)>;
+
+/// The vectors from a crossing to those within a radius, of bodies of so many crossings, and whether they are as long
+/// as the radius but for what points are off; `None` where they reach too far.
+fn vectors(grid: &Grid, counts: [usize; 3], radius: f64) -> Result<Option<Vectors>> {
+    let widest = grid.spacing.iter().copied().fold(0.0, f64::max);
+    // Both ends may be off along all axes.
+    let margin = 4.0 * grid.tolerance * widest;
+    let most =
+        |axis: usize| ((radius + margin) / grid.spacing[axis]).min((counts[axis] - 1) as f64);
+    let reach = [most(0), most(1), most(2)];
+    if reach.iter().any(|reach| *reach >= (REACH + 1) as f64) {
+        return Ok(None);
     }
-    Some(number)
+    let [x, y, z] = reach.map(|reach| reach as i32);
+    let mut vectors = Vec::new();
+    for z in -z..=z {
+        for y in -y..=y {
+            for x in -x..=x {
+                let (vector, length) = ([x, y, z], length(&along(grid, &[x, y, z])));
+                if vector != [0; 3] && length <= radius + margin {
+                    memory::push(&mut vectors, (vector, length > radius - margin), PURPOSE)?;
+                }
+            }
+        }
+    }
+    Ok((!vectors.is_empty()).then_some(vectors))
+}
+
+fn along(grid: &Grid, vector: &[i32; 3]) -> [f64; 3] {
+    std::array::from_fn(|axis| f64::from(vector[axis]) * grid.spacing[axis])
+}
+
+fn length([x, y, z]: &[f64; 3]) -> f64 {
+    (x * x + y * y + z * z).sqrt()
+}
+
+/// Bit `k` of byte `n` becomes bit `n` of byte `k`.
+fn transposed(bytes: [u8; LANES]) -> [u8; LANES] {
+    let mut bits = u64::from_le_bytes(bytes);
+    // Pairs of bits, of squares of four and of sixteen, change places across the diagonal.
+    for (mask, shift) in
+        [(0x00aa_00aa_00aa_00aa, 7), (0x0000_cccc_0000_cccc, 14), (0x0000_0000_f0f0_f0f0, 28)]
+    {
+        let moved = (bits ^ (bits >> shift)) & mask;
+        bits ^= moved ^ (moved << shift);
+    }
+    bits.to_le_bytes()
 }

@@ -5,6 +5,7 @@
 
 mod cells;
 pub(crate) mod crack;
+mod grid;
 pub(crate) mod lattice;
 mod search;
 
@@ -71,17 +72,21 @@ pub(crate) enum Storage {
     Lean,
 }
 
-/// All bonds of a body, each in the lists of both its ends.
+/// All bonds of a body, each at both its ends.
 ///
-/// The bonds of a point fill whole blocks of [`LANES`]; lanes without a bond name the point itself
-/// as their neighbour and have length 1, so that they can be computed along and masked.
+/// The bonds of a point fill whole blocks of [`LANES`]. Members of a lattice have a lane for each step of the stencil, whether a
+/// bond is there or not, and nothing else is kept of their bonds. Those of other points are listed; lanes of lists without a
+/// bond name the point itself as their neighbour and have length 1, so that they can be computed along and masked.
 #[derive(Debug)]
 pub(crate) struct Families {
     /// First block of each point, and the end.
     pub(crate) offsets: Vec<u64>,
-    /// Inner place of the other end of each bond.
+    /// First block of each point's list, and the end, where not all points have one; empty where they are the blocks
+    /// themselves.
+    list_offsets: Vec<u64>,
+    /// Inner place of the other end of each listed bond.
     pub(crate) neighbors: Vec<u32>,
-    /// 1/L of each bond, of its length in the reference configuration; `None` where storage is lean.
+    /// 1/L of each listed bond, of its length in the reference configuration; `None` where storage is lean.
     pub(crate) inverse_lengths: Option<Vec<f64>>,
     /// Where the points are.
     pub(crate) places: Vec<Place>,
@@ -132,6 +137,14 @@ impl Reach {
     }
 }
 
+/// Where the lanes of a point lead.
+enum Lanes<'a> {
+    /// Along the steps of the stencil, from the point's first lane and from its cell.
+    Steps { lattice: &'a Lattice, first: usize, cell: usize },
+    /// Along its list, which is so far ahead.
+    List { ahead: usize },
+}
+
 /// One bond as seen from one of its ends.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bond {
@@ -148,23 +161,96 @@ impl Families {
         self.offsets[point] as usize..self.offsets[point + 1] as usize
     }
 
-    /// The bonds of a point, broken or not.
-    pub(crate) fn bonds(&self, point: usize) -> impl Iterator<Item = Bond> + '_ {
-        let blocks = self.blocks(point);
-        let slots = blocks.start * LANES..blocks.end * LANES;
-        let is_bond = move |slot: &usize| self.neighbors[*slot] as usize != point;
-        slots.filter(is_bond).map(move |slot| self.bond(point, slot))
+    /// Where the bonds of a point are to be looked up.
+    #[inline(always)]
+    fn lanes(&self, point: usize) -> Lanes<'_> {
+        let first = self.offsets[point] as usize * LANES;
+        if let Some(lattice) = &self.lattice
+            && let Some(cell) = lattice.member(point)
+        {
+            return Lanes::Steps { lattice, first, cell };
+        }
+        Lanes::List { ahead: (self.lists()[point] as usize * LANES).wrapping_sub(first) }
     }
 
-    /// The bond of a point that stands in a lane. Its length has the same bits from both ends and for any storage.
+    /// The bonds of a point, broken or not.
+    pub(crate) fn bonds(&self, point: usize) -> impl Iterator<Item = Bond> + '_ {
+        let (blocks, lanes) = (self.blocks(point), self.lanes(point));
+        let slots = blocks.start * LANES..blocks.end * LANES;
+        slots.filter_map(move |slot| self.bond(point, &lanes, slot))
+    }
+
+    /// The bond that stands in a lane of a point. Its length has the same bits from both ends and for any storage.
     #[inline(always)]
-    pub(crate) fn bond(&self, point: usize, slot: usize) -> Bond {
-        let neighbor = self.neighbors[slot] as usize;
-        let inverse = match &self.inverse_lengths {
-            Some(inverses) => inverses[slot],
-            None => inverse_length(squared_length(&self.places[point], &self.places[neighbor])),
+    fn bond(&self, point: usize, lanes: &Lanes<'_>, slot: usize) -> Option<Bond> {
+        let (neighbor, inverse) = match *lanes {
+            Lanes::Steps { lattice, first, cell } => {
+                let (neighbor, squared) = lattice.neighbor(&self.places, cell, slot - first)?;
+                (neighbor, inverse_length(squared))
+            }
+            Lanes::List { ahead } => {
+                let place = slot.wrapping_add(ahead);
+                let neighbor = self.neighbors[place] as usize;
+                if neighbor == point {
+                    return None;
+                }
+                let squared = || squared_length(&self.places[point], &self.places[neighbor]);
+                let inverses = self.inverse_lengths.as_ref();
+                let inverse = inverses.map_or_else(|| inverse_length(squared()), |of| of[place]);
+                (neighbor, inverse)
+            }
         };
-        Bond { slot, neighbor, length: inverse.recip() }
+        Some(Bond { slot, neighbor, length: inverse.recip() })
+    }
+
+    /// First block of each point's list, and the end.
+    #[inline(always)]
+    pub(crate) fn lists(&self) -> &[u64] {
+        if self.list_offsets.is_empty() { &self.offsets } else { &self.list_offsets }
+    }
+
+    /// The other ends of the bonds in a point's lanes from a slot on; of lanes without a bond the point itself.
+    pub(crate) fn name(&self, point: usize, slot: usize, names: &mut [u32]) {
+        let lanes = self.lanes(point);
+        for (lane, name) in names.iter_mut().enumerate() {
+            let bond = self.bond(point, &lanes, slot + lane);
+            *name = bond.map_or(point, |bond| bond.neighbor) as u32;
+        }
+    }
+
+    /// The bond from `point` to `neighbor`, if there is one.
+    pub(crate) fn between(&self, point: usize, neighbor: usize) -> Option<Bond> {
+        if point == neighbor {
+            return None;
+        }
+        let lanes = self.lanes(point);
+        let slot = match lanes {
+            Lanes::Steps { lattice, first, cell } => first + lattice.step_to(cell, neighbor)?,
+            Lanes::List { ahead } => {
+                let blocks = self.blocks(point);
+                let first = (blocks.start * LANES).wrapping_add(ahead);
+                let list = &self.neighbors[first..first + blocks.len() * LANES];
+                let place = list.iter().position(|&listed| listed as usize == neighbor)?;
+                blocks.start * LANES + place
+            }
+        };
+        self.bond(point, &lanes, slot)
+    }
+
+    /// Writes the masks of a point's blocks, in which all its bonds are.
+    pub(crate) fn mark_bonds(&self, point: usize, masks: &mut [u8]) {
+        match self.lanes(point) {
+            Lanes::Steps { lattice, cell, .. } => lattice.mark_bonds(&self.places, cell, masks),
+            Lanes::List { ahead } => {
+                // Only the last block of a list may have lanes without a bond.
+                let Some((last, whole)) = masks.split_last_mut() else { return };
+                whole.fill(u8::MAX);
+                let end = (self.blocks(point).end * LANES).wrapping_add(ahead);
+                let lanes = &self.neighbors[end - LANES..end];
+                let bonds = lanes.iter().filter(|&&neighbor| neighbor as usize != point).count();
+                *last = u8::MAX >> (LANES - bonds);
+            }
+        }
     }
 
     /// Part of the volume of a bond's other end that belongs to the point's own family.
@@ -181,22 +267,17 @@ impl Families {
 
     /// Blocks of all points.
     pub(crate) fn block_count(&self) -> usize {
-        self.neighbors.len() / LANES
+        self.offsets.last().map_or(0, |&end| end as usize)
     }
 
     /// Where the bond from `point` to `neighbor` stands, if there is one.
     pub(crate) fn slot(&self, point: usize, neighbor: usize) -> Option<usize> {
-        let blocks = self.blocks(point);
-        let slots = blocks.start * LANES..blocks.end * LANES;
-        if point == neighbor {
-            return None;
-        }
-        let place = self.neighbors[slots.clone()].iter().position(|&j| j as usize == neighbor)?;
-        Some(slots.start + place)
+        self.between(point, neighbor).map(|bond| bond.slot)
     }
 
     pub(crate) fn bytes(&self) -> usize {
         memory::bytes(&self.offsets)
+            + memory::bytes(&self.list_offsets)
             + memory::bytes(&self.neighbors)
             + self.inverse_lengths.as_ref().map_or(0, memory::bytes)
             + self.reach.bytes()

@@ -5,9 +5,11 @@
 //! them where they belong.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use super::cells::{Bounds, Candidates, Cells};
+use super::grid::Crossings;
+use super::lattice::{Lattice, LatticeUse, NOBODY};
 use super::{
     Families, LANES, Place, Property, Reach, Rim, Storage, Unit, inverse_length, squared_length,
 };
@@ -29,54 +31,126 @@ pub(crate) struct Wanted<'a> {
     /// Largest magnitude of the coordinates that the host gave.
     pub(crate) farthest: f64,
     pub(crate) storage: Storage,
+    /// What is made of points on a common grid.
+    pub(crate) lattice: LatticeUse,
     /// Names of the points to the host.
     pub(crate) host: &'a [u32],
 }
 
 /// The families of all points for their horizons, and with the rim if they have one.
 pub(crate) fn find(wanted: Wanted<'_>) -> Result<Families> {
-    let Wanted { workers, simd, dimension, places, horizons, rim, farthest, storage, host } =
-        wanted;
+    let Wanted { workers, simd, dimension, places, horizons, rim, farthest, .. } = wanted;
+    let Wanted { storage, lattice: lattice_use, host, .. } = wanted;
     let farthest_of = radii(horizons, rim.as_ref(), farthest)?;
     let reach = Reach { radii: radii(horizons, None, farthest)?, rim };
-    let search = Search::new(workers, simd, dimension, &places, &farthest_of, &reach)?;
+    let unit = Unit::near(farthest_of.largest());
     let count = places.len();
-    let mut sizes = memory::filled(0_u32, count, PURPOSE)?;
-    workers.sweep(count, PerPoint(&mut sizes, 1), |range, sizes| {
-        search.count(range, sizes.0);
-    });
-    let mut offsets = memory::reserved(count + 1, PURPOSE)?;
-    let mut blocks = 0_u64;
-    offsets.push(blocks);
-    for &size in &sizes {
-        blocks += (size as usize).div_ceil(LANES) as u64;
-        offsets.push(blocks);
+    let new = || Search::new(workers, simd, dimension, &places, &farthest_of, &reach);
+    let (mut search, mut lattice) = (None, None);
+    let whole_only = lattice_use == LatticeUse::Whole;
+    if let (true, None, Property::Uniform(radius)) =
+        (lattice_use != LatticeUse::None, &reach.rim, &reach.radii)
+        && let Some(crossings) = Crossings::find(workers, &places, *radius, farthest)?
+        && !(whole_only && crossings.of.contains(&None))
+    {
+        let mut whole = memory::collected(crossings.of.iter().map(Option::is_some), PURPOSE)?;
+        if whole.contains(&false) {
+            let search = search.insert(new()?);
+            search.left_out = memory::copied(&whole, PURPOSE)?;
+            search.clear_neighbors(workers, &mut whole)?;
+        }
+        lattice = Lattice::of(&crossings, &whole, *radius)?;
+        if let (Some(search), Some(_)) = (&mut search, &lattice) {
+            search.left_out = whole;
+        }
     }
-    let lanes = usize::try_from(blocks).ok().and_then(|blocks| blocks.checked_mul(LANES));
+    let members = lattice.as_ref().map_or(0, |lattice| lattice.count);
+    let mut sizes = memory::filled(0_u32, count, PURPOSE)?;
+    let search = if members < count {
+        let mut search = search.map_or_else(new, Ok)?;
+        if lattice.is_none() {
+            search.left_out = Vec::new();
+        }
+        workers.sweep(count, PerPoint(&mut sizes, 1), |range, sizes| search.count(range, sizes.0));
+        Some(search)
+    } else {
+        None
+    };
+    let listed = |point: usize| u64::from(sizes[point].div_ceil(LANES as u32));
+    let steps = |lattice: &Lattice| (lattice.row() / LANES) as u64;
+    let list_offsets = match lattice {
+        Some(_) if !whole_only => offsets_of(count, listed)?,
+        _ => Vec::new(),
+    };
+    let offsets = offsets_of(count, |point| match &lattice {
+        Some(lattice) if lattice.seat_of[point] != NOBODY => steps(lattice),
+        _ => listed(point),
+    })?;
+    let lists = if list_offsets.is_empty() { &offsets } else { &list_offsets };
+    let lanes = usize::try_from(lists[count]).ok().and_then(|blocks| blocks.checked_mul(LANES));
     let lanes = lanes.unwrap_or(usize::MAX);
     let mut neighbors = memory::filled(0_u32, lanes, PURPOSE)?;
     let mut inverse_lengths = match storage {
         Storage::Fast => Some(memory::filled(0.0_f64, lanes, PURPOSE)?),
         Storage::Lean => None,
     };
-    let inverses = inverse_lengths.as_mut().map(|values| lists_of(&mut values[..], &offsets));
     let touching = AtomicUsize::new(usize::MAX);
-    let outputs = (lists_of(&mut neighbors[..], &offsets), inverses);
-    workers.sweep(count, outputs, |range, (neighbors, inverses)| {
-        let (start, neighbors) = (range.start, neighbors.values);
-        let inverses = inverses.map(|inverses| inverses.values);
-        if search.fill(range, &offsets, neighbors, inverses) == 0.0 {
-            touching.fetch_min(start, Ordering::Relaxed);
-        }
-    });
-    if count > 1 && lanes == 0 {
+    if let Some(search) = search {
+        let inverses = inverse_lengths.as_mut().map(|values| lists_of(&mut values[..], lists));
+        let outputs = (lists_of(&mut neighbors[..], lists), inverses);
+        workers.sweep(count, outputs, |range, (neighbors, inverses)| {
+            let (start, neighbors) = (range.start, neighbors.values);
+            let inverses = inverses.map(|inverses| inverses.values);
+            if search.fill(range, lists, neighbors, inverses) == 0.0 {
+                touching.fetch_min(start, Ordering::Relaxed);
+            }
+        });
+    }
+    if let (Some(lattice), true) = (&lattice, whole_only) {
+        let inverses = inverse_lengths.as_mut().map(|values| lists_of(&mut values[..], &offsets));
+        let outputs = (lists_of(&mut neighbors[..], &offsets), inverses);
+        workers.sweep(count, outputs, |range, (neighbors, inverses)| {
+            let mut inverses = inverses.map(|inverses| inverses.values);
+            for (lane, name) in neighbors.values.iter_mut().enumerate() {
+                let (point, step) = (range.start + lane / lattice.row(), lane % lattice.row());
+                let bond = lattice.bond(&places, point, step);
+                let (neighbor, inverse) = bond.unwrap_or((point, 1.0));
+                *name = neighbor as u32;
+                if let Some(inverses) = &mut inverses {
+                    inverses[lane] = inverse;
+                }
+            }
+        });
+    }
+    if count > 1 && offsets[count] == 0 {
         return argument(no_neighbors(&places, horizons));
     }
-    let unit = Unit::near(farthest_of.largest());
-    let families =
-        Families { offsets, neighbors, inverse_lengths, places, unit, reach, lattice: None };
+    // Where all points are members, no list is ever looked up.
+    let list_offsets = if members < count { list_offsets } else { Vec::new() };
+    let families = Families {
+        offsets,
+        list_offsets,
+        neighbors,
+        inverse_lengths,
+        places,
+        unit,
+        reach,
+        lattice,
+    };
     refuse_bonds_without_length(&families, touching.into_inner(), host)?;
     Ok(families)
+}
+
+/// First block of each point, and the end, from the blocks that each has.
+fn offsets_of(count: usize, blocks: impl Fn(usize) -> u64) -> Result<Vec<u64>> {
+    let mut offsets = memory::reserved(count + 1, PURPOSE)?;
+    let mut end = 0;
+    offsets.push(end);
+    for point in 0..count {
+        end += blocks(point);
+        offsets.push(end);
+    }
+    Ok(offsets)
 }
 
 /// Values of the lanes of lists.
@@ -138,6 +212,8 @@ struct Search<'a> {
     radii: &'a Property,
     reach: &'a Reach,
     classes: Vec<Cells>,
+    /// Points that do not look for neighbours; empty where all do.
+    left_out: Vec<bool>,
 }
 
 /// Classes of radii, each up to twice those of the one before; the last holds all larger ones.
@@ -184,7 +260,7 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        Ok(Self { simd, places, radii, reach, classes })
+        Ok(Self { simd, places, radii, reach, classes, left_out: Vec::new() })
     }
 
     /// Number of neighbours of each point of a range: of those in the family of either.
@@ -203,7 +279,7 @@ impl<'a> Search<'a> {
         });
         if uniform {
             // Each has met itself.
-            sizes.iter_mut().for_each(|size| *size -= 1);
+            sizes.iter_mut().for_each(|size| *size = size.saturating_sub(1));
         }
     }
 
@@ -278,6 +354,23 @@ impl<'a> Search<'a> {
         });
     }
 
+    /// Clears the flags of all neighbours of points that are not left out.
+    fn clear_neighbors(&self, workers: &Workers, flags: &mut [bool]) -> Result<()> {
+        let none = (0..flags.len()).map(|_| AtomicBool::new(false));
+        let met = memory::collected(none, PURPOSE)?;
+        workers.sweep(flags.len(), (), |range, ()| {
+            self.visit(range, |_, place, candidates, most| {
+                candidates.for_each_within(self.simd, place, most, |other, _| {
+                    met[other as usize].store(true, Ordering::Relaxed);
+                });
+            });
+        });
+        for (flag, met) in flags.iter_mut().zip(met) {
+            *flag &= !met.into_inner();
+        }
+        Ok(())
+    }
+
     /// Whether one is in the family of the other.
     fn are_bonded(&self, point: usize, other: usize, squared: f64) -> bool {
         let length = squared.sqrt();
@@ -293,14 +386,19 @@ impl<'a> Search<'a> {
     fn visit(&self, range: Range<usize>, mut met: impl FnMut(usize, &Place, &Candidates, f64)) {
         let mut room = Candidates::new();
         let mut rest = range;
+        let looks = |point: usize| self.left_out.get(point).is_none_or(|left_out| !left_out);
         while !rest.is_empty() {
+            if !looks(rest.start) {
+                rest.start += 1;
+                continue;
+            }
             let (group, bounds, radius) = self.group(&rest);
             rest.start = group.end;
             for cells in &self.classes {
                 let radius = radius.max(cells.radius);
                 let most = largest_square(radius);
                 cells.visit(&bounds, radius, &mut room, |candidates| {
-                    for point in group.clone() {
+                    for point in group.clone().filter(|&point| looks(point)) {
                         met(point, &self.places[point], candidates, most);
                     }
                 });
@@ -329,7 +427,7 @@ impl<'a> Search<'a> {
 
 /// The largest number whose square root is not above the radius: whether squares are below it tells the same as
 /// whether their roots are below the radius.
-fn largest_square(radius: f64) -> f64 {
+pub(super) fn largest_square(radius: f64) -> f64 {
     let mut square = (radius * radius).min(f64::MAX);
     while square.sqrt() > radius {
         square = square.next_down();
@@ -363,6 +461,7 @@ mod tests {
             rim: None,
             farthest: 1.0,
             storage: Storage::Fast,
+            lattice: LatticeUse::None,
             host: &host,
         })
         .unwrap()

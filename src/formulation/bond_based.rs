@@ -18,6 +18,7 @@ use super::{
 };
 use crate::damage::{BreakRule, Breaking};
 use crate::error::{Error, Result};
+use crate::families::lattice::LatticeUse;
 use crate::families::{Bond, Property};
 use crate::kernel::bond_based::{BondLaw, Record};
 use crate::material::Law;
@@ -207,18 +208,13 @@ impl Formulation for BondBased {
         points * size_of::<Record>() / size_of::<f64>() + bond_forces::SLACK
     }
 
-    fn has_use_for_a_lattice(&self) -> bool {
+    fn use_of_a_lattice(&self) -> LatticeUse {
         let alike = matches!(self.bond_constants, Property::Uniform(_)) && self.breaks_alike;
-        alike && self.corrected.is_none()
+        if alike && self.corrected.is_none() { LatticeUse::Parts } else { LatticeUse::None }
     }
 
-    fn takes_part_of_a_lattice(&self) -> bool {
-        true
-    }
-
-    fn know_rule(&mut self, rule: Option<&BreakRule>) {
-        self.breaks = rule.is_some();
-        self.breaks_alike = rule.is_none_or(|rule| rule.uniform().is_some());
+    fn know_limits(&mut self, any: bool, are_alike: bool) {
+        (self.breaks, self.breaks_alike) = (any, are_alike);
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {

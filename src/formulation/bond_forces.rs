@@ -36,9 +36,11 @@ impl<L: BondLaw> BondForces<'_, L> {
         let mut first = usize::MAX;
         if lattice.as_ref().is_none_or(|on| on.lattice.count < count) {
             let masks = remaining.as_deref_mut();
+            let steps = lattice.is_none() && scene.families.lattice.is_some();
             first = first.min(match scene.families.inverse_lengths {
-                Some(_) => self.sweep_cloud::<false, D>(scene, scratch, force, masks),
-                None => self.sweep_cloud::<true, D>(scene, scratch, force, masks),
+                _ if steps => self.sweep_cloud::<true, true, D>(scene, scratch, force, masks),
+                Some(_) => self.sweep_cloud::<false, false, D>(scene, scratch, force, masks),
+                None => self.sweep_cloud::<true, false, D>(scene, scratch, force, masks),
             });
         }
         if let Some(on) = lattice {
@@ -77,9 +79,9 @@ impl<L: BondLaw> BondForces<'_, L> {
         on.sweep(scene, |_| 1.0, first, second, force, remaining)
     }
 
-    /// As [`BondForces::sweep`], of the points that have no seat on a lattice. Gives a number beyond all points where all
-    /// is finite.
-    fn sweep_cloud<const LEAN: bool, const D: usize>(
+    /// As [`BondForces::sweep`], of the points that are no members of a lattice, and with `STEPS` of all; `LEAN`: lengths are
+    /// computed. Gives a number beyond all points where all is finite.
+    fn sweep_cloud<const LEAN: bool, const STEPS: bool, const D: usize>(
         &self,
         scene: &Scene<'_>,
         scratch: &mut [f64],
@@ -107,7 +109,7 @@ impl<L: BondLaw> BondForces<'_, L> {
             }
             let skips_bare = scene.skips.without_bonds;
             let sweep =
-                ForceSweep::<_, LEAN, D> { cloud, law, range, seats, force, remaining, skips_bare };
+                ForceSweep::<_, LEAN, STEPS, D> { cloud, law, range, force, remaining, skips_bare };
             if let Some(point) = scene.simd.run(sweep) {
                 bad.fetch_min(point, Ordering::Relaxed);
             }

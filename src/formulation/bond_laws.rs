@@ -49,10 +49,8 @@ impl Limits<'_> {
 
 impl Judge for Limits<'_> {
     fn breaks(&self, point: usize, neighbor: usize) -> bool {
-        let families = self.scene.families;
-        families
-            .slot(point, neighbor)
-            .is_some_and(|slot| self.breaks_bond(point, families.bond(point, slot)))
+        let bond = self.scene.families.between(point, neighbor);
+        bond.is_some_and(|bond| self.breaks_bond(point, bond))
     }
 }
 

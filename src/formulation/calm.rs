@@ -229,16 +229,23 @@ fn near_seats(lattice: &Lattice, points: &Lists, count: usize) -> Result<Lists> 
     Ok(lists)
 }
 
-/// Length of the shortest bond.
+/// A length that no bond is below.
 fn shortest(workers: &Workers, families: &Families) -> Result<f64> {
     let count = families.places.len();
+    let lattice = families.lattice.as_ref();
+    let is_member = |point: usize| lattice.is_some_and(|lattice| lattice.seat_of[point] != NOBODY);
     let mut shortest = memory::filled(f64::INFINITY, block_count(count), PURPOSE)?;
     workers.sweep(count, PerBlock(&mut shortest[..]), |range, shortest| {
-        for bond in range.flat_map(|point| families.bonds(point)) {
+        let others = range.filter(|&point| !is_member(point));
+        for bond in others.flat_map(|point| families.bonds(point)) {
             shortest.0[0] = shortest.0[0].min(bond.length);
         }
     });
-    Ok(shortest.into_iter().fold(f64::INFINITY, f64::min))
+    // Points are off their crossings by next to nothing.
+    let steps = lattice.iter().flat_map(|lattice| &lattice.stencil);
+    let steps =
+        steps.map(|step| (1.0 - 1e-6) * step.reference.map(|x| x * x).iter().sum::<f64>().sqrt());
+    Ok(shortest.into_iter().chain(steps).fold(f64::INFINITY, f64::min))
 }
 
 #[cfg(test)]

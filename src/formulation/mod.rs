@@ -36,8 +36,9 @@ pub(crate) use kinematics::Kinematics;
 pub use operators::Operator;
 pub(crate) use operators::{Derivative, ShapeTensor, differentiate, shape_tensors};
 
-use crate::damage::{BondsView, BreakRule, Breaking};
+use crate::damage::{BondsView, Breaking};
 use crate::error::{Error, Result};
+use crate::families::lattice::LatticeUse;
 use crate::families::{Families, Place, Property};
 use crate::kernel::simd::SimdLevel;
 use crate::model::Model;
@@ -166,18 +167,14 @@ pub(crate) type Read<'a> = dyn Fn(&Kinematics, &mut [f64]) + Sync + 'a;
 
 /// A formulation made ready for one body.
 pub(crate) trait Formulation: Send + Sync {
-    /// Whether its sweeps are faster where points stand on a lattice.
-    fn has_use_for_a_lattice(&self) -> bool {
-        false
+    /// What its sweeps make of points that stand on a lattice.
+    fn use_of_a_lattice(&self) -> LatticeUse {
+        LatticeUse::None
     }
 
-    /// Whether they are where only a part of the body does.
-    fn takes_part_of_a_lattice(&self) -> bool {
-        false
-    }
-
-    /// Takes note of the rule by which bonds will break, so that sweeps that break none run as those that do.
-    fn know_rule(&mut self, _rule: Option<&BreakRule>) {}
+    /// Takes note of whether bonds will break, and whether all will at one stretch, so that sweeps that break none run as
+    /// those that do.
+    fn know_limits(&mut self, _any: bool, _are_alike: bool) {}
 
     /// Takes the body as it is before the first step, its pre-cracks included, for what it refers to.
     fn refer_to(&mut self, _scene: &Scene<'_>) -> Result<()> {

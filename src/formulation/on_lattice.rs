@@ -135,23 +135,15 @@ fn unit_of(lattice: &Lattice) -> f64 {
 impl Held {
     /// Has the masks of groups say what those of the lists say.
     fn follow(&mut self, lattice: &Lattice, families: &Families, intact: &[u8]) {
-        let row = lattice.row();
-        for (point, &seat) in lattice.seat_of.iter().enumerate() {
-            let blocks = families.blocks(point);
-            if seat == NOBODY || self.followed[blocks.clone()] == intact[blocks] {
-                continue;
-            }
-            let (group, bit) = (seat as usize / LANES, 1_u8 << (seat as usize % LANES));
-            let own = lattice.cell(seat as usize) as isize;
-            for bond in families.bonds(point) {
-                let Some(there) = lattice.cell_of(bond.neighbor) else { continue };
-                let Some(step) = lattice.step(there as isize - own) else { continue };
-                let mask = &mut self.masks[group * row + step];
-                if intact[bond.slot / LANES] >> (bond.slot % LANES) & 1 == 1 {
-                    *mask |= bit;
-                } else {
-                    *mask &= !bit;
-                }
+        let of_member = |point: usize| &intact[families.blocks(point)];
+        for (group, masks) in self.masks.chunks_exact_mut(lattice.row()).enumerate() {
+            let mut members = lattice.members[group * LANES..][..LANES].iter();
+            let changed = |&point: &u32| {
+                let blocks = families.blocks(point as usize);
+                self.followed[blocks.clone()] != intact[blocks]
+            };
+            if members.any(|point| *point != NOBODY && changed(point)) {
+                lattice.turn(group, of_member, masks);
             }
         }
         self.followed.copy_from_slice(intact);

@@ -11,8 +11,9 @@ use super::in_lanes::{self, of_size};
 use super::laws::Laws;
 use super::passes::{Passes, Room};
 use super::{Asked, EnergyPart, Formulation, Materials, Read, Scene, breaking, constants, surface};
-use crate::damage::{BreakRule, Breaking};
+use crate::damage::Breaking;
 use crate::error::Result;
+use crate::families::lattice::LatticeUse;
 use crate::families::{LANES, Property};
 use crate::tensor::Vector;
 use crate::workers::{PerPoint, Ragged};
@@ -297,12 +298,13 @@ fn gather<const D: usize>(
 }
 
 impl<P: Passes> Formulation for StateBased<P> {
-    fn has_use_for_a_lattice(&self) -> bool {
-        self.breaks_alike && self.passes.has_use_for_a_lattice()
+    fn use_of_a_lattice(&self) -> LatticeUse {
+        let whole = self.breaks_alike && self.passes.has_use_for_a_lattice();
+        if whole { LatticeUse::Whole } else { LatticeUse::None }
     }
 
-    fn know_rule(&mut self, rule: Option<&BreakRule>) {
-        self.breaks_alike = rule.is_none_or(|rule| rule.uniform().is_some());
+    fn know_limits(&mut self, _: bool, are_alike: bool) {
+        self.breaks_alike = are_alike;
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {

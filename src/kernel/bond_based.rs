@@ -35,14 +35,9 @@ impl<'a> Cloud<'a> {
         let inverses = families.inverse_lengths.as_deref();
         assert_eq!(records.len() + 1, offsets.len());
         assert_eq!(offsets[records.len()] as usize, intact.len());
-        assert_eq!(neighbors.len(), intact.len() * LANES);
+        assert_eq!(families.lists().len(), offsets.len());
         assert!(inverses.is_none_or(|inverses| inverses.len() == neighbors.len()));
         Self { families, records, intact, inverses: inverses.unwrap_or_default() }
-    }
-
-    /// Whether lengths are to be computed.
-    fn is_lean(&self) -> bool {
-        self.families.inverse_lengths.is_none()
     }
 }
 
@@ -50,7 +45,7 @@ impl<'a> Cloud<'a> {
 #[derive(Clone, Copy)]
 pub(crate) struct Part<'a> {
     pub(crate) point: usize,
-    /// Where the first of them stands among all lanes.
+    /// Where the first of them stands among all lanes, if there is no lattice beside them.
     pub(crate) slot: usize,
     pub(crate) neighbors: &'a [u32],
 }
@@ -76,27 +71,27 @@ pub(crate) trait BondLaw: Copy + Sync {
 }
 
 /// Forces per volume on the points of a range. With `remaining`, which holds the masks of the range's blocks, bonds
-/// that break leave it first. `LEAN`: lengths are not stored. Gives the first point whose force is not finite.
-pub(crate) struct ForceSweep<'a, L, const LEAN: bool, const D: usize> {
+/// that break leave it first. `LEAN`: lengths are not read but computed. `STEPS`: members of a lattice are computed, too,
+/// and with them lengths; else they are left out. Gives the first point whose force is not finite.
+pub(crate) struct ForceSweep<'a, L, const LEAN: bool, const STEPS: bool, const D: usize> {
     pub(crate) cloud: Cloud<'a>,
     pub(crate) law: L,
     pub(crate) range: Range<usize>,
-    /// Seats on a lattice: points that have one are left out.
-    pub(crate) seats: Option<&'a [u32]>,
     pub(crate) force: &'a mut [f64],
     pub(crate) remaining: Option<&'a mut [u8]>,
     /// Whether points without bonds are left out.
     pub(crate) skips_bare: bool,
 }
 
-impl<L: BondLaw, const LEAN: bool, const D: usize> Kernel for ForceSweep<'_, L, LEAN, D> {
+impl<L: BondLaw, const LEAN: bool, const STEPS: bool, const D: usize> Kernel
+    for ForceSweep<'_, L, LEAN, STEPS, D>
+{
     type Output = Option<usize>;
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Option<usize> {
-        let Self { cloud, law, range, seats, force, remaining, skips_bare } = self;
-        assert_eq!(cloud.is_lean(), LEAN);
-        let pulls = Pulls::<_, _, LEAN> { simd, cloud, law, seats, skips_bare };
+        let Self { cloud, law, range, force, remaining, skips_bare } = self;
+        let pulls = Pulls::<_, _, LEAN, STEPS>::new(simd, cloud, law, skips_bare);
         match remaining {
             Some(remaining) => pulls.sum_up::<true, D>(range, force, remaining),
             None => pulls.sum_up::<false, D>(range, force, &mut []),
@@ -106,12 +101,15 @@ impl<L: BondLaw, const LEAN: bool, const D: usize> Kernel for ForceSweep<'_, L, 
 
 /// What the loops over points and parts share.
 #[derive(Clone, Copy)]
-struct Pulls<'a, S, L, const LEAN: bool> {
+struct Pulls<'a, S, L, const LEAN: bool, const STEPS: bool> {
     simd: S,
     cloud: Cloud<'a>,
     law: L,
+    /// Seats of members that are left out.
     seats: Option<&'a [u32]>,
     skips_bare: bool,
+    /// First block of each point's bonds, where their other ends are looked up.
+    lists: &'a [u64],
 }
 
 /// Bonds at a displacement.
@@ -144,7 +142,20 @@ fn judged(families: &Families, law: impl BondLaw, point: usize, masks: &mut [u8]
 /// Blocks that are asked for ahead of their turn.
 const AHEAD: usize = 16;
 
-impl<'a, S: Simd, L: BondLaw, const LEAN: bool> Pulls<'a, S, L, LEAN> {
+impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, L, LEAN, STEPS> {
+    /// Panics when lists do not hold what is to be read.
+    #[inline(always)]
+    fn new(simd: S, cloud: Cloud<'a>, law: L, skips_bare: bool) -> Self {
+        let families = cloud.families;
+        assert!(if STEPS { LEAN } else { LEAN == families.inverse_lengths.is_none() });
+        let lattice = families.lattice.as_ref().filter(|_| !STEPS);
+        let lists = if STEPS { &families.offsets[..] } else { families.lists() };
+        let listed = lists[cloud.records.len()] as usize * LANES;
+        assert!(STEPS || listed == families.neighbors.len());
+        let seats = lattice.map(|lattice| &lattice.seat_of[..]);
+        Self { simd, cloud, law, seats, skips_bare, lists }
+    }
+
     /// Forces on the points of a range. With `BREAK` the bonds that break leave the masks of its blocks, `remaining`.
     #[inline(always)]
     fn sum_up<const BREAK: bool, const D: usize>(
@@ -198,7 +209,7 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool> Pulls<'a, S, L, LEAN> {
         let mut sum = [simd.splat(0.0); D];
         let mut beyond = 0;
         if !masks.is_empty() {
-            let first = cloud.families.offsets[point] as usize * LANES;
+            let first = self.lists[point] as usize * LANES;
             let mut pulled = self.stretch(point, first, &own);
             let lanes = masks.len() * LANES;
             for lane in (0..lanes - S::WIDTH).step_by(S::WIDTH) {
@@ -226,7 +237,8 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool> Pulls<'a, S, L, LEAN> {
         let bits = masks[lane / LANES] >> (lane % LANES);
         let mut beyond = 0;
         if LOOK {
-            let threshold = law.threshold(simd, &self.part(point, first + lane));
+            let mut names = [0; LANES];
+            let threshold = law.threshold(simd, &self.part(point, first + lane, &mut names));
             beyond = pulled.change.above(threshold).bits() & bits;
         }
         let weight = (pulled.weight * pulled.change.shortfall()).only(simd.mask(bits));
@@ -236,9 +248,17 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool> Pulls<'a, S, L, LEAN> {
         beyond
     }
 
-    /// The bonds of a point from a slot on.
+    /// The bonds of a point from a slot on, among those of the lists; with `STEPS` among all, named aside.
     #[inline(always)]
-    fn part(&self, point: usize, slot: usize) -> Part<'a> {
+    fn part<'b>(&self, point: usize, slot: usize, names: &'b mut [u32; LANES]) -> Part<'b>
+    where
+        'a: 'b,
+    {
+        if STEPS {
+            let neighbors = &mut names[..S::WIDTH];
+            self.cloud.families.name(point, slot, neighbors);
+            return Part { point, slot, neighbors };
+        }
         let (lanes, families) = (slot..slot + S::WIDTH, self.cloud.families);
         debug_assert!(lanes.end <= families.neighbors.len());
         // SAFETY: slots are those of a point's blocks, which end before the lists do, as a cloud has seen.
@@ -267,7 +287,8 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool> Pulls<'a, S, L, LEAN> {
         own: &[S::Lanes; 8],
     ) -> Pulled<S::Lanes, D> {
         let Self { simd, cloud, law, .. } = *self;
-        let part = self.part(point, slot);
+        let mut names = [0; LANES];
+        let part = self.part(point, slot, &mut names);
         prefetch(&cloud.families.neighbors, slot + AHEAD * LANES);
         let mut inverse = self.inverse(slot);
         // SAFETY: the search makes neighbours of points of the body alone, and each has a record.

@@ -5,7 +5,7 @@
 
 use crate::damage::{BondState, BreakRule, Interface};
 use crate::error::Result;
-use crate::families::lattice::Lattice;
+use crate::families::lattice::LatticeUse;
 use crate::families::{self, Families, Place, Property, Rim, Wanted};
 use crate::formulation::{Formulation, Materials, Scene, Skips};
 use crate::kernel::simd::SimdLevel;
@@ -71,7 +71,10 @@ impl Plan {
         let places = places(points, &thickness)?;
         let farthest = points.order().farthest;
         let rim = rim(points, &models[0], &horizons)?;
-        let mut families = families::find(Wanted {
+        let mut formulation = (models[0].formulation().prepare)(&materials)?;
+        let limits = Limits::new(&materials, requests)?;
+        formulation.know_limits(limits.any(), limits.are_alike());
+        let families = families::find(Wanted {
             workers,
             simd,
             dimension,
@@ -80,20 +83,15 @@ impl Plan {
             rim,
             farthest,
             storage: models[0].storage(),
+            lattice: if requests.lattices {
+                formulation.use_of_a_lattice()
+            } else {
+                LatticeUse::None
+            },
             host: &points.order().host,
         })?;
-        let mut formulation = (models[0].formulation().prepare)(&materials)?;
-        let rule = rule(&materials, &families, requests)?;
-        formulation.know_rule(rule.as_ref());
-        if requests.lattices
-            && families.reach.is_sharp_and_uniform()
-            && formulation.has_use_for_a_lattice()
-        {
-            let count = families.places.len();
-            let lattice = Lattice::find(&families.places, &families, farthest)?;
-            families.lattice = lattice
-                .filter(|lattice| lattice.count == count || formulation.takes_part_of_a_lattice());
-        }
+        let Limits { ends, interfaces } = limits;
+        let rule = BreakRule::new(&families, ends, &interfaces, requests.protected.as_deref())?;
         let crack_tolerance = crack_tolerance(points);
         Ok(Self {
             dimension,
@@ -230,29 +228,48 @@ fn places(points: &Points, thickness: &Property) -> Result<Vec<Place>> {
     Ok(places)
 }
 
-fn rule(
-    materials: &Materials<'_>,
-    families: &Families,
-    requests: &SceneRequests,
-) -> Result<Option<BreakRule>> {
-    let by_rate = |model: &Model, horizon: f64, rate: f64| {
-        (model.formulation().critical_stretch)(model, materials.dimension, horizon, rate)
-    };
-    let ends = materials.property(
-        |model, horizon| match model.damage()? {
-            Damage::None => Ok(f64::INFINITY),
-            Damage::CriticalStretch(stretch) => Ok(stretch),
-            Damage::EnergyRelease(rate) => by_rate(model, horizon, rate),
-        },
-        "critical stretches",
-    )?;
-    let mut interfaces = memory::reserved(requests.interfaces.len(), "interfaces")?;
-    for request in &requests.interfaces {
-        let critical = materials.property(
-            |model, horizon| by_rate(model, horizon, request.rate),
+/// When bonds may break, before it is known which there are.
+struct Limits<'a> {
+    /// Critical stretch of each point's material, infinite where it does not break.
+    ends: Property,
+    interfaces: Vec<Interface<'a>>,
+}
+
+impl<'a> Limits<'a> {
+    fn new(materials: &Materials<'_>, requests: &'a SceneRequests) -> Result<Self> {
+        let by_rate = |model: &Model, horizon: f64, rate: f64| {
+            (model.formulation().critical_stretch)(model, materials.dimension, horizon, rate)
+        };
+        let ends = materials.property(
+            |model, horizon| match model.damage()? {
+                Damage::None => Ok(f64::INFINITY),
+                Damage::CriticalStretch(stretch) => Ok(stretch),
+                Damage::EnergyRelease(rate) => by_rate(model, horizon, rate),
+            },
             "critical stretches",
         )?;
-        interfaces.push(Interface { sides: &request.sides, critical });
+        let mut interfaces = memory::reserved(requests.interfaces.len(), "interfaces")?;
+        for request in &requests.interfaces {
+            let critical = materials.property(
+                |model, horizon| by_rate(model, horizon, request.rate),
+                "critical stretches",
+            )?;
+            interfaces.push(Interface { sides: &request.sides, critical });
+        }
+        Ok(Self { ends, interfaces })
     }
-    BreakRule::new(families, ends, &interfaces, requests.protected.as_deref())
+
+    /// Whether there is a stretch at which bonds break.
+    fn any(&self) -> bool {
+        !self.interfaces.is_empty()
+            || match &self.ends {
+                Property::Uniform(critical) => critical.is_finite(),
+                Property::PerPoint(critical) => critical.iter().any(|stretch| stretch.is_finite()),
+            }
+    }
+
+    /// Whether all bonds break at the same stretch, if they do.
+    fn are_alike(&self) -> bool {
+        self.interfaces.is_empty() && matches!(self.ends, Property::Uniform(_))
+    }
 }

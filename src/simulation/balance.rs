@@ -208,7 +208,7 @@ impl Simulation {
         for point in 0..self.points.count() {
             let inner = self.points.order().place(point);
             let blocks = plan.families.blocks(inner);
-            let report = if blocks.is_empty() {
+            let report = if plan.families.bonds(inner).next().is_none() {
                 &mut isolated
             } else if bonds.intact[blocks].iter().all(|&mask| mask == 0) {
                 &mut detached

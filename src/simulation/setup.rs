@@ -290,7 +290,7 @@ impl Simulation {
         let requests = &self.scene_requests;
         let (points, models) = (&self.points, &self.models);
         let plan = Plan::new(&workers, self.simd, points, models, &self.model_of, requests)?;
-        let bonds = BondState::new(&plan.families, plan.records())?;
+        let bonds = BondState::new(&workers, &plan.families, plan.records())?;
         let count = plan.count();
         let masks = if plan.rule.is_some() { plan.families.block_count() } else { 0 };
         let next = if plan.rule.is_some() { count } else { 0 };
@@ -435,7 +435,7 @@ fn missed(call: &str, pairs: usize, met: usize) -> Option<String> {
 }
 
 fn isolated_points(plan: &Plan) -> Option<String> {
-    let alone = |&point: &usize| plan.families.blocks(point).is_empty();
+    let alone = |&point: &usize| plan.families.bonds(point).next().is_none();
     let isolated = (0..plan.count()).filter(alone).count();
     (isolated > 0)
         .then(|| format!("{isolated} points have no neighbour within the horizon; they fly free"))

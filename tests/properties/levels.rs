@@ -51,10 +51,13 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0_f64, |most, (x, y)| most.max((x - y).abs())) / largest
 }
 
-/// Which bonds are left.
+/// Which bonds are left; lattices have them in another order.
 fn intact(simulation: &Simulation) -> Vec<[usize; 2]> {
     let whole = |&(_, _, integrity): &([usize; 2], f64, f64)| integrity > 0.0;
-    bonds(simulation).into_iter().filter(whole).map(|(pair, _, _)| pair).collect()
+    let left = bonds(simulation).into_iter().filter(whole);
+    let mut left: Vec<[usize; 2]> = left.map(|(pair, _, _)| pair).collect();
+    left.sort_unstable();
+    left
 }
 
 proptest! {
@@ -240,4 +243,30 @@ fn a_level_is_chosen_before_set_up() {
     bits(&simulation, Field::InternalForce);
     assert!(simulation.set_simd(SimdLevel::Baseline).is_err());
     assert!(simulation.set_lattices(false).is_err());
+}
+
+/// Bonds with an integrity of their own are computed one point after the other, on a lattice as in a cloud.
+#[test]
+fn weakened_bonds_of_a_lattice_pull_and_break_as_those_of_a_cloud() {
+    for points in [mixed(), Points::block(2, &[0.0; 2], &[30.0, 20.0], 1.0).unwrap()] {
+        let dimension = points.dimension();
+        let shift = Random(4).around_zero(dimension * points.count(), 0.02);
+        for level in levels() {
+            let run = |lattices: bool| {
+                let mut simulation = simulation(&points, "bond_based", lattices);
+                simulation.set_simd(level).unwrap();
+                simulation.break_bonds(&[[0, 1], [33, 34]]).unwrap();
+                let weak: Vec<[usize; 2]> = (1..points.count() - 1).map(|k| [k, k + 1]).collect();
+                simulation.set_bond_integrity(&weak, &vec![0.6; weak.len()]).unwrap();
+                simulation.set(Field::Displacement, &shift).unwrap();
+                let before = simulation.get(Field::InternalForce).unwrap();
+                simulation.commit(1e-9).unwrap();
+                let after = simulation.get(Field::InternalForce).unwrap();
+                ([before, after].concat(), intact(&simulation))
+            };
+            let [cloud, lattice] = [run(false), run(true)];
+            assert!(distance(&cloud.0, &lattice.0) < 1e-12, "{level:?}");
+            assert!(cloud.1 == lattice.1, "{level:?}");
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! What is a lattice, and which points of a body are on it.
 
 use super::*;
-use crate::families::{Property, Storage, Wanted, find};
+use crate::families::{Families, Property, Storage, Wanted, find};
 use crate::kernel::simd::SimdLevel;
 use crate::workers::Workers;
 
@@ -18,9 +18,9 @@ fn block(counts: [usize; 3], spacing: [f64; 3]) -> Vec<Place> {
     places
 }
 
-fn lattice(places: &[Place], horizon: f64) -> (Families, Option<Lattice>) {
+fn found(places: &[Place], horizon: f64, lattice: LatticeUse) -> Families {
     let host: Vec<u32> = (0..places.len() as u32).collect();
-    let families = find(Wanted {
+    find(Wanted {
         workers: &Workers::new(1).unwrap(),
         simd: SimdLevel::Baseline,
         dimension: 3,
@@ -29,26 +29,46 @@ fn lattice(places: &[Place], horizon: f64) -> (Families, Option<Lattice>) {
         rim: None,
         farthest: 1.0,
         storage: Storage::Fast,
+        lattice,
         host: &host,
     })
-    .unwrap();
-    let lattice = Lattice::find(places, &families, 1.0).unwrap();
-    (families, lattice)
+    .unwrap()
 }
 
-/// Each bond of a member is a step of the stencil, to the cell of its other end.
-fn check(places: &[Place], families: &Families, lattice: &Lattice) {
-    for (point, &seat) in lattice.seat_of.iter().enumerate() {
-        if seat == NOBODY {
-            continue;
-        }
-        let cell = lattice.cell(seat as usize);
-        assert_eq!(lattice.point_of[cell] as usize, point);
+/// The families as lists, and on a lattice.
+fn lattice(places: &[Place], horizon: f64) -> (Families, Option<Families>) {
+    let on_lattice = found(places, horizon, LatticeUse::Parts);
+    let found = found(places, horizon, LatticeUse::None);
+    (found, on_lattice.lattice.is_some().then_some(on_lattice))
+}
+
+/// All bonds are those of the lists, by the same bits, and from both ends; those of members are steps of the stencil.
+fn check(places: &[Place], listed: &Families, families: &Families) {
+    let lattice = families.lattice.as_ref().unwrap();
+    for point in 0..places.len() {
+        let sorted = |families: &Families| {
+            let bonds = families.bonds(point).map(|bond| (bond.neighbor, bond.length.to_bits()));
+            let mut bonds: Vec<_> = bonds.collect();
+            bonds.sort_unstable();
+            bonds
+        };
+        assert_eq!(sorted(listed), sorted(families));
         for bond in families.bonds(point) {
-            let step = lattice.stencil.iter().find(|step| {
-                lattice.point_of[cell.wrapping_add_signed(step.cells)] as usize == bond.neighbor
-            });
-            let step = step.unwrap();
+            let there = families.between(point, bond.neighbor).unwrap();
+            assert_eq!((there.slot, there.neighbor), (bond.slot, bond.neighbor));
+            let back = families.between(bond.neighbor, point).unwrap();
+            assert_eq!(back.length.to_bits(), bond.length.to_bits());
+        }
+        assert!(families.between(point, point).is_none());
+        let other = (point * 7 + 3) % places.len();
+        let bonded = |families: &Families| families.between(point, other).is_some();
+        assert_eq!(bonded(listed), bonded(families));
+        let Some(cell) = lattice.member(point) else { continue };
+        assert_eq!(lattice.cell(lattice.seat_of[point] as usize), cell);
+        assert_eq!(lattice.point_of[cell] as usize, point);
+        let first = families.blocks(point).start * LANES;
+        for bond in families.bonds(point) {
+            let step = &lattice.stencil[bond.slot - first];
             for (axis, reference) in step.reference.iter().enumerate() {
                 let xi = places[bond.neighbor][axis] - places[point][axis];
                 assert!((xi - reference).abs() < 1e-13);
@@ -59,23 +79,45 @@ fn check(places: &[Place], families: &Families, lattice: &Lattice) {
 }
 
 #[test]
+fn where_lists_are_wanted_they_hold_the_steps() {
+    let places = block([9, 8, 7], [0.1; 3]);
+    let families = found(&places, 0.3015, LatticeUse::Whole);
+    assert!(families.lattice.is_some() && families.lists() == families.offsets);
+    let inverses = families.inverse_lengths.as_ref().unwrap();
+    for point in 0..places.len() {
+        let blocks = families.blocks(point);
+        let lanes = blocks.start * LANES..blocks.end * LANES;
+        let mut names = vec![0; lanes.len()];
+        families.name(point, lanes.start, &mut names);
+        assert_eq!(families.neighbors[lanes], names);
+        for bond in families.bonds(point) {
+            assert_eq!(inverses[bond.slot].recip().to_bits(), bond.length.to_bits());
+        }
+    }
+    let part = [&places[..], &[[0.55, 0.55, 3.0, 2.0]]].concat();
+    assert!(found(&part, 0.3015, LatticeUse::Whole).lattice.is_none());
+}
+
+#[test]
 fn a_block_is_a_lattice_whatever_its_spacings() {
     for spacing in [[0.1; 3], [0.1, 0.07, 0.13]] {
         let places = block([11, 16, 9], spacing);
-        let (families, lattice) = lattice(&places, 0.301);
-        let lattice = lattice.unwrap();
+        let (listed, families) = lattice(&places, 0.301);
+        let families = families.unwrap();
+        let lattice = families.lattice.as_ref().unwrap();
         assert_eq!(lattice.count, places.len());
-        check(&places, &families, &lattice);
+        check(&places, &listed, &families);
     }
 }
 
 #[test]
 fn a_plate_one_point_thick_is_a_lattice() {
     let places = block([40, 30, 1], [0.1; 3]);
-    let (families, lattice) = lattice(&places, 0.301);
-    let lattice = lattice.unwrap();
+    let (listed, families) = lattice(&places, 0.301);
+    let families = families.unwrap();
+    let lattice = families.lattice.as_ref().unwrap();
     assert_eq!((lattice.count, lattice.stencil.len()), (1200, 28));
-    check(&places, &families, &lattice);
+    check(&places, &listed, &families);
 }
 
 #[test]
@@ -83,16 +125,17 @@ fn points_near_those_off_the_grid_are_not_members() {
     let mut places = block([16, 12, 12], [0.1; 3]);
     places[700][1] += 1e-6;
     places[20][3] *= 1.001;
-    let (families, lattice) = lattice(&places, 0.301);
-    let lattice = lattice.unwrap();
+    let (listed, families) = lattice(&places, 0.301);
+    let families = families.unwrap();
+    let lattice = families.lattice.as_ref().unwrap();
     let near = |point: usize| {
         [700, 20].contains(&point)
-            || families.bonds(point).any(|bond| [700, 20].contains(&bond.neighbor))
+            || listed.bonds(point).any(|bond| [700, 20].contains(&bond.neighbor))
     };
     for point in 0..places.len() {
         assert_eq!(lattice.seat_of[point] == NOBODY, near(point), "{point}");
     }
-    check(&places, &families, &lattice);
+    check(&places, &listed, &families);
 }
 
 #[test]
@@ -104,4 +147,36 @@ fn what_is_mostly_empty_or_jittered_is_none() {
         place[k % 3] += 1e-3 * (k as f64 * 0.7548776662).fract();
     }
     assert!(lattice(&cloud, 0.301).1.is_none());
+}
+
+/// Rounding decides about each bond that is as long as the horizon, and both ends must come to the same.
+#[test]
+fn bonds_as_long_as_the_horizon_are_those_of_the_lists() {
+    let mut places = block([14, 12, 10], [0.1; 3]);
+    for (k, place) in places.iter_mut().enumerate() {
+        for (axis, x) in place[..3].iter_mut().enumerate() {
+            *x += 4e-15 * (((k + 7 * axis) as f64 * 0.7548776662).fract() - 0.5);
+        }
+    }
+    // The tolerance of horizons is taken off, so that the radius falls on the shell itself.
+    for horizon in [0.3, 0.2 * 2.0_f64.sqrt()] {
+        let (listed, families) = lattice(&places, horizon / (1.0 + 1e-10));
+        let families = families.unwrap();
+        let counts: Vec<usize> = (0..places.len()).map(|k| listed.bonds(k).count()).collect();
+        let inner = |k: &usize| (3..11).contains(&(k % 14)) && (3..9).contains(&(k / 14 % 12));
+        let inside: Vec<usize> = (4 * 168..5 * 168).filter(inner).map(|k| counts[k]).collect();
+        assert!(inside.iter().min() < inside.iter().max(), "rounding has decided nothing");
+        check(&places, &listed, &families);
+    }
+}
+
+#[test]
+fn bits_are_turned_about_the_diagonal() {
+    let bytes = [0x9e, 0x37, 0x79, 0xb9, 0x7f, 0x4a, 0x7c, 0x15];
+    let turned = transposed(bytes);
+    for (n, byte) in bytes.iter().enumerate() {
+        for (k, other) in turned.iter().enumerate() {
+            assert_eq!(byte >> k & 1, other >> n & 1);
+        }
+    }
 }
