@@ -5,7 +5,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::error::{Error, Result, argument};
+use crate::error::{Error, Result, argument, state};
 use crate::memory;
 use crate::points::Points;
 
@@ -126,6 +126,8 @@ pub(crate) struct Ruled {
     pub(crate) value: f64,
     /// The prescribed velocity at the middle of the step.
     pub(crate) midway: f64,
+    /// It changes by itself in time.
+    pub(crate) varies: bool,
 }
 
 impl Conditions {
@@ -229,6 +231,18 @@ impl Conditions {
         Ok(())
     }
 
+    /// Refuses velocities, which a body at rest has none of.
+    pub(crate) fn check_at_rest(&self) -> Result<()> {
+        match self.list.iter().find(|known| known.quantity == Quantity::Velocity) {
+            Some(known) => state(format!(
+                "a velocity is prescribed on set '{}', axis {}; equilibrium has none: release it, or \
+                 prescribe a displacement",
+                known.set, known.axis
+            )),
+            None => Ok(()),
+        }
+    }
+
     /// Whether any body force changes by itself.
     pub(crate) fn loads_vary(&self) -> bool {
         self.list
@@ -257,8 +271,22 @@ impl Conditions {
         load: &mut [f64],
     ) -> Result<()> {
         load.fill(0.0);
+        self.add_loads(time, dimension, load, None)
+    }
+
+    /// Adds the body forces at `time` to `load`: all, those that vary in time, or those that do not.
+    pub(crate) fn add_loads(
+        &mut self,
+        time: f64,
+        dimension: usize,
+        load: &mut [f64],
+        varying: Option<bool>,
+    ) -> Result<()> {
         let loads = self.list.iter_mut().filter(|known| known.quantity == Quantity::BodyForce);
         for condition in loads {
+            if varying.is_some_and(|varying| varying != condition.source.varies_in_time()) {
+                continue;
+            }
             condition.ask(time)?;
             for (member, &place) in condition.members.iter().enumerate() {
                 load[place as usize * dimension + condition.axis] += condition.value(member);
@@ -279,6 +307,7 @@ impl Conditions {
                     quantity: condition.quantity,
                     value: condition.value(member),
                     midway: condition.midway[each],
+                    varies: condition.source.varies_in_time(),
                 });
             }
         }

@@ -11,7 +11,9 @@ mod files;
 mod kinematics;
 mod operators;
 mod setup;
+mod solve;
 mod stable_step;
+mod statics;
 mod values;
 
 use std::sync::{Mutex, OnceLock};
@@ -32,6 +34,7 @@ pub(crate) use drive::stopped;
 pub use drive::{Progress, Stepping};
 pub use fields::Field;
 use setup::{BondRequest, Built};
+pub use solve::{SolveOptions, SolveReport, Solving};
 
 /// How much a message to the host's log matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -35,8 +35,7 @@ impl<'a> Linearised<'a> {
         displacement: &'a [f64],
         scratch: &'a mut [f64],
     ) -> Result<Self> {
-        let bonds_of = |point: usize| plan.families.bonds(point).map(|bond| bond.length);
-        let shortest = (0..plan.count()).flat_map(bonds_of).fold(f64::INFINITY, f64::min);
+        let shortest = plan.shortest_bond();
         let mut operator = Self {
             plan,
             workers,
