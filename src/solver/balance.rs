@@ -10,7 +10,7 @@ use crate::workers::{PerPoint, Workers};
 pub(crate) const PURPOSE: &str = "equilibrium";
 
 /// Differences move points by at least this share of the shortest bond.
-const MOVE: f64 = 1e-5;
+const MOVE: f64 = 1e-6;
 
 /// A body under loads, some components of which are held.
 pub(crate) struct Balance<'a> {
@@ -28,6 +28,8 @@ pub(crate) struct Balance<'a> {
     pub(crate) evaluations: u64,
     moved: Vec<f64>,
     other: Vec<f64>,
+    /// V b of the last residual.
+    pub(crate) forces: Vec<f64>,
 }
 
 /// What can end an evaluation besides its result.
@@ -66,11 +68,23 @@ impl<'a> Balance<'a> {
         let (shortest, components) = (plan.shortest_bond(), held.len());
         let moved = memory::filled(0.0, components, PURPOSE)?;
         let other = memory::filled(0.0, components, PURPOSE)?;
-        let evaluations = 0;
-        Ok(Self { plan, space, bonds, scratch, held, load, shortest, evaluations, moved, other })
+        let forces = memory::filled(0.0, components, PURPOSE)?;
+        Ok(Self {
+            plan,
+            space,
+            bonds,
+            scratch,
+            held,
+            load,
+            shortest,
+            evaluations: 0,
+            moved,
+            other,
+            forces,
+        })
     }
 
-    /// V b(u), a force.
+    /// b(u)
     fn pull(&mut self, displacement: &[f64], force: &mut [f64]) -> Trial<()> {
         let scene = self.plan.scene(self.space.workers, self.bonds, displacement);
         self.evaluations += 1;
@@ -85,7 +99,7 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// The residual r, and the size of what holds the held components.
+    /// The residual r, and the size of what holds the held components; V b stays in `forces`.
     pub(crate) fn residual(
         &mut self,
         displacement: &[f64],
@@ -93,12 +107,14 @@ impl<'a> Balance<'a> {
     ) -> Trial<f64> {
         self.pull(displacement, residual)?;
         let (plan, held, load, dimension) = (self.plan, self.held, self.load, self.plan.dimension);
-        let reaction = PerPoint(&mut *self.other, dimension);
-        let outputs = (PerPoint(residual, dimension), reaction);
-        self.space.workers.sweep(plan.count(), outputs, |range, (residual, reaction)| {
+        let (forces, reaction) =
+            (PerPoint(&mut *self.forces, dimension), PerPoint(&mut *self.other, dimension));
+        let outputs = (PerPoint(residual, dimension), reaction, forces);
+        self.space.workers.sweep(plan.count(), outputs, |range, (residual, reaction, forces)| {
             for (place, value) in residual.0.iter_mut().enumerate() {
                 let component = range.start * dimension + place;
                 let volume = plan.places[component / dimension][3];
+                forces.0[place] = volume * *value;
                 let force = volume * (*value + load[component]);
                 let (free, holding) = if held[component] { (0.0, force) } else { (force, 0.0) };
                 (*value, reaction.0[place]) = (free, holding);
@@ -117,13 +133,14 @@ impl<'a> Balance<'a> {
         self.space.norm(&self.other)
     }
 
-    /// K v = -(dr/du) v at a displacement, by central differences; 0 at held components, whose part of v counts.
+    /// K v = -(dr/du) v at a displacement, by the difference of V b from `base`, that at the displacement; 0 at held
+    /// components, whose part of v counts.
     ///
-    /// They move points by about cbrt(eps) of the scale on which forces bend: the shortest bond, times the cube root of
-    /// how far points have been displaced over it, since that is what rounding follows.
+    /// Points are moved by a share of the scale on which forces bend, the shortest bond, and by more where they have gone
+    /// far: rounding of displacements follows them.
     pub(crate) fn stiffness(
         &mut self,
-        displacement: &[f64],
+        (displacement, base): (&[f64], &[f64]),
         v: &[f64],
         product: &mut [f64],
     ) -> Trial<()> {
@@ -132,28 +149,21 @@ impl<'a> Balance<'a> {
             product.fill(0.0);
             return Ok(());
         }
-        let relative = super::space::largest(displacement) / self.shortest;
-        let step = MOVE.max((f64::EPSILON * relative).cbrt()) * self.shortest / reach;
+        let far = (super::space::largest(displacement) / self.shortest).sqrt().max(1.0);
+        let step = MOVE * far * self.shortest / reach;
         let mut moved = std::mem::take(&mut self.moved);
-        let mut before = std::mem::take(&mut self.other);
-        let done: Trial<()> = (|| {
-            for (sign, force) in [(-1.0, &mut before[..]), (1.0, &mut *product)] {
-                moved.copy_from_slice(displacement);
-                self.space.combine(&mut moved, 1.0, sign * step, v);
-                self.pull(&moved, force)?;
-            }
-            Ok(())
-        })();
-        (self.moved, self.other) = (moved, before);
+        moved.copy_from_slice(displacement);
+        self.space.combine(&mut moved, 1.0, step, v);
+        let done = self.pull(&moved, product);
+        self.moved = moved;
         done?;
-        let (plan, held, before) = (self.plan, self.held, &self.other);
-        let dimension = plan.dimension;
+        let (plan, held, dimension) = (self.plan, self.held, self.plan.dimension);
         self.space.workers.sweep(plan.count(), PerPoint(product, dimension), |range, product| {
             for (place, value) in product.0.iter_mut().enumerate() {
                 let component = range.start * dimension + place;
-                let slope = (before[component] - *value) / (2.0 * step);
                 let volume = plan.places[component / dimension][3];
-                *value = if held[component] { 0.0 } else { volume * slope };
+                let slope = (base[component] - volume * *value) / step;
+                *value = if held[component] { 0.0 } else { slope };
             }
         });
         Ok(())

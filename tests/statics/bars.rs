@@ -2,8 +2,8 @@
 
 use perion::{Field, Model, Points, Quantity, Simulation};
 
-/// A bar of `across` points a side and ten times as many along, 100 x 10 x 10 mm, with a layer outside its length that
-/// is clamped, under F0 = 200 kN on its last layer. [P] 5.1
+/// A bar of `across` points a side and ten times as many along, 100 x 10 x 10 mm, with a horizon of layers outside its
+/// length that are clamped, under F0 = 200 kN on its last layer. [P] 5.1
 pub struct TractionBar {
     pub across: usize,
     pub ratio: usize,
@@ -21,8 +21,8 @@ impl TractionBar {
     pub fn points(&self) -> Points {
         let (h, side) = (self.spacing(), 0.1 * LENGTH);
         let mut points =
-            Points::block(3, &[-h, 0.0, 0.0], &[LENGTH, side, side], h).unwrap();
-        points.add_set_box("clamp", &[-h, 0.0, 0.0], &[0.0, side, side]).unwrap();
+            Points::block(3, &[-h * self.ratio as f64, 0.0, 0.0], &[LENGTH, side, side], h).unwrap();
+        points.add_set_box("clamp", &[-LENGTH, 0.0, 0.0], &[0.0, side, side]).unwrap();
         points.add_set_box("end", &[LENGTH - h, 0.0, 0.0], &[LENGTH, side, side]).unwrap();
         points
     }

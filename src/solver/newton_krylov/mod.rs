@@ -54,11 +54,13 @@ struct Tangent<'a, 'b> {
     balance: &'a mut Balance<'b>,
     preconditioner: &'a mut Preconditioner,
     displacement: &'a [f64],
+    /// V b there.
+    base: &'a [f64],
 }
 
 impl System for Tangent<'_, '_> {
     fn multiply(&mut self, v: &[f64], product: &mut [f64]) -> Trial<()> {
-        self.balance.stiffness(self.displacement, v, product)
+        self.balance.stiffness((self.displacement, self.base), v, product)
     }
 
     fn precondition(&mut self, r: &[f64], z: &mut [f64]) {
@@ -146,6 +148,7 @@ fn newton(
     let mut residual = balance.space.empty()?;
     let mut direction = balance.space.empty()?;
     let mut reaction = balance.residual(displacement, &mut residual)?;
+    let mut base = memory::copied(&balance.forces, PURPOSE)?;
     let mut forcing = FIRST;
     let mut size = balance.space.norm(&residual);
     for iterations in 0..=limits.iterations {
@@ -163,15 +166,15 @@ fn newton(
         if let Some(push) = push {
             // The stiffness of what is held goes over to the other side.
             let mut pull = balance.space.empty()?;
-            balance.stiffness(displacement, push, &mut pull)?;
+            balance.stiffness((displacement, &base), push, &mut pull)?;
             balance.space.combine(&mut residual, 1.0, -1.0, &pull);
             size = balance.space.norm(&residual);
         }
         let reduction = forcing.max(0.3 * limits.tolerance * whole / size).min(0.5);
         let cycle = Cycle { products: limits.products, reduction };
         let indefinite = {
-            let displacement = &*displacement;
-            let mut tangent = Tangent { balance, preconditioner, displacement };
+            let (displacement, base) = (&*displacement, &base[..]);
+            let mut tangent = Tangent { balance, preconditioner, displacement, base };
             solve(&mut tangent, limits.krylov, &residual, &mut direction, cycle)?
         };
         let before = size;
@@ -188,6 +191,7 @@ fn newton(
             }
         }
         size = balance.space.norm(&residual);
+        base.copy_from_slice(&balance.forces);
         // Eisenstat and Walker's second choice.
         forcing = (0.9 * (size / before).powi(2)).clamp(FINEST, 0.1);
     }

@@ -15,10 +15,10 @@ use crate::tensor::{Vector, dot};
 use crate::workers::Workers;
 
 /// Reach of a group, over the horizon.
-const GROUP: f64 = 0.5;
+static GROUPS: std::sync::LazyLock<f64> = std::sync::LazyLock::new(|| std::env::var("GROUP").map_or(0.5, |v| v.parse().unwrap_or(0.5)));
 
 /// Share of what a division by the own stiffness would move points.
-const DAMPING: f64 = 0.9;
+static DAMPINGS: std::sync::LazyLock<f64> = std::sync::LazyLock::new(|| std::env::var("DAMP").map_or(0.9, |v| v.parse().unwrap_or(0.9)));
 
 pub(super) struct Multilevel<const D: usize, const B: usize> {
     stiffness: BondStiffness<D>,
@@ -35,7 +35,7 @@ impl<const D: usize, const B: usize> Multilevel<D, B> {
         let scale = (0..plan.count()).map(|point| horizons.at(point)).sum::<f64>()
             / plan.count() as f64;
         let near = |root: usize, take: &mut dyn FnMut(usize)| {
-            let reach = GROUP * horizons.at(root);
+            let reach = *GROUPS * horizons.at(root);
             for bond in plan.families.bonds(root) {
                 if bond.length <= reach && stiffness.springs[bond.slot] > 0.0 {
                     take(bond.neighbor);
@@ -45,7 +45,7 @@ impl<const D: usize, const B: usize> Multilevel<D, B> {
         let groups = Aggregates::new(&stiffness.places, near)?;
         let matrix = assembled(plan, &stiffness, &groups, scale)?;
         let centres = memory::copied(&groups.centres, PURPOSE)?;
-        let below = Level::new(matrix, centres, 3.0 * GROUP * scale, scale)?;
+        let below = Level::new(matrix, centres, 3.0 * *GROUPS * scale, scale)?;
         let zeros = || memory::filled([0.0; B], groups.count(), PURPOSE);
         let coarse = [zeros()?, zeros()?];
         let left = memory::filled(0.0, plan.count() * D, PURPOSE)?;
@@ -55,7 +55,7 @@ impl<const D: usize, const B: usize> Multilevel<D, B> {
     /// z close to K^-1 r.
     pub(super) fn apply(&mut self, plan: &Plan, workers: &Workers, r: &[f64], z: &mut [f64]) {
         let Self { stiffness, groups, scale, below, left, coarse } = self;
-        stiffness.divide(workers, DAMPING, r, z);
+        stiffness.divide(workers, *DAMPINGS, r, z);
         stiffness.residual(plan, workers, r, z, left);
         let [right, solution] = coarse;
         let mode = |point: usize| -> [Vector<D>; B] {
@@ -82,7 +82,7 @@ impl<const D: usize, const B: usize> Multilevel<D, B> {
             }
         }
         stiffness.residual(plan, workers, r, z, left);
-        stiffness.add_divided(workers, DAMPING, left, z);
+        stiffness.add_divided(workers, *DAMPINGS, left, z);
     }
 }
 
