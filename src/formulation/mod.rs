@@ -218,7 +218,7 @@ pub(crate) trait Formulation: Send + Sync {
 
     /// How stiff a bond of this length is among those of its point, to a factor: for preconditioners.
     fn spring_shape(&self, point: usize, length: f64) -> f64 {
-        let p: i32 = std::env::var("SHAPE").map_or(0, |v| v.parse().unwrap_or(0)); self.weights().value(point, length) * length.powi(p)
+        self.weights().value(point, length)
     }
 
     /// Whether forces are the slope of an energy.

@@ -10,6 +10,7 @@ mod fields;
 mod files;
 mod kinematics;
 mod operators;
+mod relax;
 mod setup;
 mod solve;
 mod stable_step;
@@ -33,8 +34,10 @@ pub use balance::{Energy, Health, Memory, PointReport};
 pub(crate) use drive::stopped;
 pub use drive::{Progress, Stepping};
 pub use fields::Field;
+pub use relax::RelaxOptions;
 use setup::{BondRequest, Built};
-pub use solve::{SolveOptions, SolveReport, Solving};
+pub use solve::{SolveOptions, Solving};
+pub use statics::StaticsReport;
 
 /// How much a message to the host's log matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

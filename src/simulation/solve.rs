@@ -1,9 +1,9 @@
 //! Equilibrium by Newton's method, load step by load step.
 
 use super::drive::{Progress, stopped};
-use super::statics::{Acting, Way, told};
+use super::statics::{Acting, StaticsReport, Way, told};
 use super::{LogLevel, Simulation};
-use crate::error::{Error, Result, argument};
+use crate::error::{Result, argument};
 use crate::solver::balance::Balance;
 use crate::solver::newton_krylov::preconditioner::{Preconditioner, Preconditioning};
 use crate::solver::newton_krylov::{self, Ended, Krylov, Limits, Reason, Scale};
@@ -47,31 +47,6 @@ impl Default for SolveOptions {
     }
 }
 
-/// What a search for equilibrium has done.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct SolveReport {
-    /// Load steps, or equilibria, that were reached.
-    pub steps: u64,
-    /// Load steps that failed and were cut.
-    pub cuts: u64,
-    /// Linear systems solved, or steps of relaxation.
-    pub iterations: u64,
-    /// Forces evaluated.
-    pub evaluations: u64,
-    /// Bonds broken.
-    pub broken_bonds: u64,
-    /// Share of the way that was gone.
-    pub share: f64,
-    /// Relative residuals, one an iteration, those of load steps that failed included.
-    pub residuals: Vec<f64>,
-    /// Elastic energy at the end.
-    pub elastic: f64,
-    /// Work of loads and constraints on the way.
-    pub external_work: f64,
-    /// Time at the end.
-    pub time: f64,
-}
-
 /// A search on its way; see [`Simulation::start_solving`].
 pub struct Solving {
     options: SolveOptions,
@@ -80,12 +55,12 @@ pub struct Solving {
     step: f64,
     work: f64,
     preconditioner: Option<Preconditioner>,
-    report: SolveReport,
+    report: StaticsReport,
 }
 
 impl Solving {
     /// What it has done so far.
-    pub fn report(&self) -> &SolveReport {
+    pub fn report(&self) -> &StaticsReport {
         &self.report
     }
 }
@@ -101,7 +76,7 @@ impl Simulation {
     /// `Argument` for options out of range; `State` where a velocity is prescribed; `Convergence` when load steps have
     /// been cut to the smallest without success: the text has reason and residuals, the simulation is as the last load
     /// step that succeeded left it; `Numeric`, `Interrupted`, `Memory` as [`Simulation::step`].
-    pub fn solve(&mut self, options: &SolveOptions) -> Result<SolveReport> {
+    pub fn solve(&mut self, options: &SolveOptions) -> Result<StaticsReport> {
         let mut run = self.start_solving(options)?;
         while self.continue_solving(&mut run)?.is_some() {}
         Ok(run.report)
@@ -116,7 +91,7 @@ impl Simulation {
         &mut self,
         options: &SolveOptions,
         mut progress: impl FnMut(&Self, Progress) -> std::ops::ControlFlow<()>,
-    ) -> Result<SolveReport> {
+    ) -> Result<StaticsReport> {
         let mut run = self.start_solving(options)?;
         while let Some(made) = self.continue_solving(&mut run)? {
             if progress(self, made).is_break() {
@@ -134,7 +109,8 @@ impl Simulation {
     pub fn start_solving(&mut self, options: &SolveOptions) -> Result<Solving> {
         options.check(self.state.time)?;
         let way = self.prepare_statics(options.time_end.unwrap_or(self.state.time))?;
-        let report = SolveReport { time: self.state.time, evaluations: 1, ..SolveReport::default() };
+        let report =
+            StaticsReport { time: self.state.time, evaluations: 1, ..StaticsReport::default() };
         Ok(Solving {
             options: *options,
             way,
@@ -184,7 +160,11 @@ impl Simulation {
                     let tried = share - run.share;
                     run.step = 0.5 * tried;
                     if run.step < run.options.smallest_load_step {
-                        return Err(self.not_converged(&reason, run.share, &run.report.residuals[first..]));
+                        return Err(self.not_converged(
+                            &reason,
+                            run.share,
+                            &run.report.residuals[first..],
+                        ));
                     }
                     self.tell(
                         LogLevel::Information,
@@ -218,7 +198,7 @@ impl Simulation {
         let limits = options.limits();
         let mut most = 0;
         let mut iterations = 0;
-        let SolveReport { residuals, evaluations, .. } = report;
+        let StaticsReport { residuals, evaluations, .. } = report;
         let mut balancer = |balance: &mut Balance<'_>,
                             displacement: &mut [f64],
                             push: Option<&[f64]>,
@@ -247,39 +227,15 @@ impl Simulation {
             }
             Ok(ended)
         };
-        let found =
-            self.find_equilibrium(&acting, options.breaks, &mut balancer, evaluations)?;
+        let found = self.find_equilibrium(&acting, options.breaks, &mut balancer, evaluations)?;
         report.iterations += iterations;
         let found = match found {
             Ok(found) => found,
             Err(reason) => return Ok(Err(reason)),
         };
         report.broken_bonds += found.broken;
-        if found.broken > 0
-            && let Some(known) = &mut self.built_mut()?.stable_step
-        {
-            known.is_stale = true;
-        }
         self.accept_equilibrium(acting, found)?;
         Ok(Ok(most))
-    }
-
-    /// The error of a search that has failed.
-    pub(super) fn not_converged(&self, reason: &Reason, share: f64, residuals: &[f64]) -> Error {
-        let host = &self.points.order().host;
-        let last = &residuals[residuals.len().saturating_sub(6)..];
-        let mut text = String::new();
-        for residual in last {
-            text += &format!("{}{residual:.2e}", if text.is_empty() { "" } else { ", " });
-        }
-        if text.is_empty() {
-            text = "none".into();
-        }
-        Error::Convergence(format!(
-            "no equilibrium was found beyond {share:.4} of the way, which the state is left at: {}; last relative \
-             residuals: {text}; more supports, more and smaller load steps, or relax may help",
-            told(reason, host)
-        ))
     }
 }
 
@@ -301,9 +257,11 @@ impl SolveOptions {
                 "'smallest_load_step' is {smallest_load_step}; it must be above 0 and at most 1"
             ));
         }
-        for (name, value) in
-            [("load_steps", load_steps), ("iterations", self.iterations), ("products", self.products)]
-        {
+        for (name, value) in [
+            ("load_steps", load_steps),
+            ("iterations", self.iterations),
+            ("products", self.products),
+        ] {
             if value == 0 {
                 return argument(format!("'{name}' is 0; it must be at least 1"));
             }

@@ -5,7 +5,7 @@ use super::drive::stopped_by_law;
 use super::setup::Built;
 use crate::conditions::Conditions;
 use crate::damage::{BondState, Breaking};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::memory;
 use crate::plan::Plan;
 use crate::solver::balance::{Balance, PURPOSE, Under};
@@ -22,6 +22,33 @@ pub(super) struct Way {
     load: Vec<f64>,
     /// Displacement at its beginning.
     displacement: Vec<f64>,
+}
+
+/// What a search for equilibrium has done.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StaticsReport {
+    /// Load steps, or equilibria, that were reached.
+    pub steps: u64,
+    /// Load steps that failed and were cut.
+    pub cuts: u64,
+    /// Linear systems solved, or steps of relaxation.
+    pub iterations: u64,
+    /// Forces evaluated.
+    pub evaluations: u64,
+    /// Bonds broken.
+    pub broken_bonds: u64,
+    /// Share of the way that was gone.
+    pub share: f64,
+    /// Relative residuals, one an iteration, those of load steps that failed included.
+    pub residuals: Vec<f64>,
+    /// Of relaxation: energy of its motion over the largest that it had, one a step.
+    pub energies: Vec<f64>,
+    /// Elastic energy at the end.
+    pub elastic: f64,
+    /// Work of loads and constraints on the way.
+    pub external_work: f64,
+    /// Time at the end.
+    pub time: f64,
 }
 
 /// What acts at a place of the way.
@@ -119,7 +146,8 @@ impl Way {
 
 /// What brings a body to equilibrium: moves a displacement, its held components first by a push, and is told of the
 /// size of the forces at the beginning.
-pub(super) type Balancer<'a> = dyn FnMut(&mut Balance<'_>, &mut [f64], Option<&[f64]>, f64) -> Result<Ended> + 'a;
+pub(super) type Balancer<'a> =
+    dyn FnMut(&mut Balance<'_>, &mut [f64], Option<&[f64]>, f64) -> Result<Ended> + 'a;
 
 impl Simulation {
     /// Looks for an equilibrium under what acts. Bonds that it would break are broken, and it is looked for again, until
@@ -151,9 +179,9 @@ impl Simulation {
             let under = Under { held: &acting.held, load: &acting.load };
             let mut balance = Balance::new(plan, workers, &found.bonds, scratch, &under)?;
             let held = &acting.held;
-            let scale = balance.load_size(&acting.load).max(
-                loads.map_or(0.0, |loads| balance.load_size(loads)),
-            );
+            let scale = balance
+                .load_size(&acting.load)
+                .max(loads.map_or(0.0, |loads| balance.load_size(loads)));
             let scale = scale.max(holding(plan, held, &current.force, &acting.load));
             let ended = balancer(&mut balance, &mut displacement, push.as_deref(), scale);
             *evaluations += balance.evaluations;
@@ -198,7 +226,12 @@ impl Simulation {
         let work = self.work_of_equilibrium(&acting)?;
         let kinetic = if self.state.ledger.open { self.resting_energy()? } else { 0.0 };
         let Self { state, built, conditions, .. } = self;
-        let Some(Built { plan, bonds, dissipated, .. }) = built.get_mut() else { return Ok(()) };
+        let Some(Built { plan, bonds, dissipated, stable_step, .. }) = built.get_mut() else {
+            return Ok(());
+        };
+        if let Some(known) = stable_step {
+            known.is_stale |= found.broken > 0;
+        }
         let host = state.host_load.as_deref();
         let next = &mut state.next;
         for (component, load) in next.load.iter_mut().enumerate() {
@@ -254,6 +287,26 @@ impl Simulation {
     }
 }
 
+impl Simulation {
+    /// The error of a search that has failed.
+    pub(super) fn not_converged(&self, reason: &Reason, share: f64, residuals: &[f64]) -> Error {
+        let host = &self.points.order().host;
+        let last = &residuals[residuals.len().saturating_sub(6)..];
+        let mut text = String::new();
+        for residual in last {
+            text += &format!("{}{residual:.2e}", if text.is_empty() { "" } else { ", " });
+        }
+        if text.is_empty() {
+            text = "none".into();
+        }
+        Error::Convergence(format!(
+            "no equilibrium was found beyond {share:.4} of the way, which the state is left at: {}; last relative \
+             residuals: {text}; more supports, more and smaller load steps, or relax may help",
+            told(reason, host)
+        ))
+    }
+}
+
 /// The size of what holds held components against these forces.
 fn holding(plan: &Plan, held: &[bool], force: &[f64], load: &[f64]) -> f64 {
     let of = |(component, &held): (usize, &bool)| {
@@ -272,13 +325,16 @@ pub(super) fn told(reason: &Reason, host: &[u32]) -> String {
         Reason::NotFinite(place) => {
             format!("the force on point {} is not finite", host[*place])
         }
-        Reason::Stuck { indefinite: true } => "the stiffness has a direction without resistance (loose parts, a \
+        Reason::Stuck { indefinite: true } => {
+            "the stiffness has a direction without resistance (loose parts, a \
              mechanism, buckling, or softening), along which nothing balances the forces"
-            .into(),
+                .into()
+        }
         Reason::Stuck { indefinite: false } => {
             "no step along Newton's direction brings the forces closer to balance".into()
         }
         Reason::TooMany => "as many iterations as were allowed have been made".into(),
+        Reason::Diverged => "the motions of relaxation grow, whatever the masses".into(),
         Reason::Breaking => "bonds go on breaking, as often as was allowed".into(),
     }
 }

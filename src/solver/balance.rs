@@ -17,7 +17,7 @@ pub(crate) struct Balance<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) space: Space<'a>,
     pub(crate) bonds: &'a BondState,
-    scratch: &'a mut [f64],
+    pub(crate) scratch: &'a mut [f64],
     /// Components whose displacement is prescribed.
     pub(crate) held: &'a [bool],
     /// Body force per volume.
@@ -100,11 +100,7 @@ impl<'a> Balance<'a> {
     }
 
     /// The residual r, and the size of what holds the held components; V b stays in `forces`.
-    pub(crate) fn residual(
-        &mut self,
-        displacement: &[f64],
-        residual: &mut [f64],
-    ) -> Trial<f64> {
+    pub(crate) fn residual(&mut self, displacement: &[f64], residual: &mut [f64]) -> Trial<f64> {
         self.pull(displacement, residual)?;
         let (plan, held, load, dimension) = (self.plan, self.held, self.load, self.plan.dimension);
         let (forces, reaction) =

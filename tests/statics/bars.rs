@@ -21,7 +21,8 @@ impl TractionBar {
     pub fn points(&self) -> Points {
         let (h, side) = (self.spacing(), 0.1 * LENGTH);
         let mut points =
-            Points::block(3, &[-h * self.ratio as f64, 0.0, 0.0], &[LENGTH, side, side], h).unwrap();
+            Points::block(3, &[-h * self.ratio as f64, 0.0, 0.0], &[LENGTH, side, side], h)
+                .unwrap();
         points.add_set_box("clamp", &[-LENGTH, 0.0, 0.0], &[0.0, side, side]).unwrap();
         points.add_set_box("end", &[LENGTH - h, 0.0, 0.0], &[LENGTH, side, side]).unwrap();
         points

@@ -103,6 +103,8 @@ pub(crate) enum Reason {
     TooMany,
     /// Bonds go on breaking.
     Breaking,
+    /// Motions of relaxation grow, whatever the masses.
+    Diverged,
 }
 
 /// Where Newton's method has ended.

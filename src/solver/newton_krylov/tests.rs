@@ -41,7 +41,9 @@ fn matrix(skew: f64, shift: f64) -> Full {
         let diagonal = if row == column { 4.0 + row as f64 - shift } else { 0.0 };
         0.4 * mixed + turn + diagonal
     };
-    Full { rows: (0..rows).map(|row| (0..rows).map(|column| entry(row, column)).collect()).collect() }
+    Full {
+        rows: (0..rows).map(|row| (0..rows).map(|column| entry(row, column)).collect()).collect(),
+    }
 }
 
 fn largest_residual(system: &mut Full, b: &[f64], x: &[f64]) -> f64 {

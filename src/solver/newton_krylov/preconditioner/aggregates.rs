@@ -3,7 +3,9 @@
 use crate::error::Result;
 use crate::memory;
 use crate::solver::balance::PURPOSE;
-use crate::tensor::Vector;
+use crate::tensor::{Vector, dot};
+
+use super::bond_stiffness::apart;
 
 const NONE: u32 = u32::MAX;
 
@@ -17,7 +19,8 @@ pub(super) struct Aggregates<const D: usize> {
 }
 
 impl<const D: usize> Aggregates<D> {
-    /// Goes over the places in order; each that is still alone takes in what `near` shows and is alone, too.
+    /// Goes over the places in order: one around which nothing is grouped yet takes in what `near` shows; the others
+    /// then join a group near to them.
     pub(super) fn new(
         places: &[Vector<D>],
         near: impl Fn(usize, &mut dyn FnMut(usize)),
@@ -25,14 +28,29 @@ impl<const D: usize> Aggregates<D> {
         let mut of = memory::filled(NONE, places.len(), PURPOSE)?;
         let mut count = 0;
         for root in 0..places.len() {
-            if of[root] == NONE {
+            let mut alone = of[root] == NONE;
+            near(root, &mut |other| alone &= of[other] == NONE);
+            if alone {
                 of[root] = count;
-                near(root, &mut |other| {
-                    if of[other] == NONE {
-                        of[other] = count;
+                near(root, &mut |other| of[other] = count);
+                count += 1;
+            }
+        }
+        let roots = memory::copied(&of, PURPOSE)?;
+        for place in 0..places.len() {
+            if of[place] == NONE {
+                let mut closest = f64::INFINITY;
+                near(place, &mut |other| {
+                    let apart = apart(&places[place], &places[other]);
+                    let squared = dot(&apart, &apart);
+                    if roots[other] != NONE && squared < closest {
+                        (closest, of[place]) = (squared, roots[other]);
                     }
                 });
-                count += 1;
+                if of[place] == NONE {
+                    of[place] = count;
+                    count += 1;
+                }
             }
         }
         let groups = count as usize;

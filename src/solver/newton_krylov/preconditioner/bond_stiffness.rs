@@ -47,8 +47,7 @@ impl<const D: usize> BondStiffness<D> {
             }
         }
         let factors = own_factors(plan, workers, displacement)?;
-        let mut springs =
-            memory::filled(0.0, plan.families.block_count() * LANES, PURPOSE)?;
+        let mut springs = memory::filled(0.0, plan.families.block_count() * LANES, PURPOSE)?;
         let offsets = &plan.families.offsets;
         let outputs = Ragged { values: &mut springs, offsets, width: LANES };
         workers.sweep(count, outputs, |range, springs| {

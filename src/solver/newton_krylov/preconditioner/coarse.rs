@@ -6,14 +6,21 @@ use crate::error::Result;
 use crate::memory;
 use crate::solver::balance::PURPOSE;
 use crate::tensor::Vector;
+use crate::workers::Workers;
 
 pub(super) type Block<const B: usize> = [[f64; B]; B];
 
 /// Groups up to which a level is solved as a whole.
 const WHOLE: usize = 120;
 
+/// Cycles that a level gets: groups that move rigidly take too little of a long wave in one.
+const CYCLES: usize = 2;
+
+/// Rows that a thread takes at a time.
+const ROWS: usize = 32;
+
 /// Sweeps before and after the coarser level.
-const SWEEPS: usize = 2;
+const SWEEPS: usize = 1;
 
 /// A symmetric matrix of blocks, row after row.
 pub(super) struct Matrix<const B: usize> {
@@ -39,15 +46,19 @@ impl<const B: usize> Matrix<B> {
     }
 
     /// left = r - A x
-    fn residual(&self, r: &[[f64; B]], x: &[[f64; B]], left: &mut [[f64; B]]) {
-        for (row, left) in left.iter_mut().enumerate() {
-            *left = r[row];
-            for (column, block) in self.row(row) {
-                for (value, entries) in left.iter_mut().zip(block) {
-                    *value -= entries.iter().zip(&x[column]).map(|(a, x)| a * x).sum::<f64>();
+    fn residual(&self, workers: &Workers, r: &[[f64; B]], x: &[[f64; B]], left: &mut [[f64; B]]) {
+        workers.share(left, ROWS, |first, left| {
+            for (row, left) in (first..).zip(left) {
+                let mut sum = r[row];
+                for (column, block) in self.row(row) {
+                    let x = &x[column];
+                    for (value, entries) in sum.iter_mut().zip(block) {
+                        *value -= entries.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+                    }
                 }
+                *left = sum;
             }
-        }
+        });
     }
 }
 
@@ -108,6 +119,7 @@ impl<const D: usize, const B: usize> Level<D, B> {
     /// Groups reach as far as `reach`, of the length of what was grouped to make this level; turns are scaled by
     /// `scale`.
     pub(super) fn new(
+        workers: &Workers,
         matrix: Matrix<B>,
         places: Vec<Vector<D>>,
         reach: f64,
@@ -128,7 +140,7 @@ impl<const D: usize, const B: usize> Level<D, B> {
         let below = if 2 * groups.count() <= places.len() {
             let coarser = coarsened(&matrix, &groups, &places, scale)?;
             let centres = memory::copied(&groups.centres, PURPOSE)?;
-            Some(Self::new(coarser, centres, 3.0 * reach, scale)?)
+            Some(Self::new(workers, coarser, centres, 3.0 * reach, scale)?)
         } else {
             None
         };
@@ -138,66 +150,72 @@ impl<const D: usize, const B: usize> Level<D, B> {
             (zeros(places.len())?, [zeros(groups.count())?, zeros(groups.count())?]);
         let mut level =
             Grouped { matrix, inverses, damping: 1.0, groups, places, scale, below, left, coarse };
-        level.damping = level.find_damping()?;
+        level.damping = level.find_damping(workers)?;
         Ok(Self::Grouped(Box::new(level)))
     }
 
-    /// x close to A^-1 r, by a symmetric cycle.
-    pub(super) fn cycle(&mut self, r: &[[f64; B]], x: &mut [[f64; B]]) {
+    /// x close to A^-1 r, by symmetric cycles.
+    pub(super) fn cycle(&mut self, workers: &Workers, r: &[[f64; B]], x: &mut [[f64; B]]) {
         match self {
             Self::Whole(factor) => {
                 x.copy_from_slice(r);
                 factor.solve(x.as_flattened_mut());
             }
-            Self::Grouped(level) => level.cycle(r, x),
+            Self::Grouped(level) => {
+                x.iter_mut().for_each(|x| *x = [0.0; B]);
+                for _ in 0..CYCLES {
+                    level.cycle(workers, r, x);
+                }
+            }
         }
     }
 }
 
 impl<const D: usize, const B: usize> Grouped<D, B> {
-    fn cycle(&mut self, r: &[[f64; B]], x: &mut [[f64; B]]) {
-        x.iter_mut().for_each(|x| *x = [0.0; B]);
+    fn cycle(&mut self, workers: &Workers, r: &[[f64; B]], x: &mut [[f64; B]]) {
         for _ in 0..SWEEPS {
-            self.smooth(r, x);
+            self.smooth(workers, r, x);
         }
-        self.correct(r, x);
+        self.correct(workers, r, x);
         for _ in 0..SWEEPS {
-            self.smooth(r, x);
+            self.smooth(workers, r, x);
         }
     }
 
     /// Adds what the coarser level makes of the residual.
-    fn correct(&mut self, r: &[[f64; B]], x: &mut [[f64; B]]) {
-        self.matrix.residual(r, x, &mut self.left);
+    fn correct(&mut self, workers: &Workers, r: &[[f64; B]], x: &mut [[f64; B]]) {
+        self.matrix.residual(workers, r, x, &mut self.left);
         let Some(below) = &mut self.below else { return };
         let [right, solution] = &mut self.coarse;
         right.iter_mut().for_each(|value| *value = [0.0; B]);
         for (member, &group) in self.groups.of.iter().enumerate() {
             let group = group as usize;
-            let p: Block<B> = prolongation(&self.places[member], &self.groups.centres[group], self.scale);
+            let p: Block<B> =
+                prolongation(&self.places[member], &self.groups.centres[group], self.scale);
             for row in 0..B {
                 for column in 0..B {
                     right[group][column] += p[row][column] * self.left[member][row];
                 }
             }
         }
-        below.cycle(right, solution);
+        below.cycle(workers, right, solution);
         for (member, &group) in self.groups.of.iter().enumerate() {
             let group = group as usize;
-            let p: Block<B> = prolongation(&self.places[member], &self.groups.centres[group], self.scale);
+            let p: Block<B> =
+                prolongation(&self.places[member], &self.groups.centres[group], self.scale);
             add_product(&mut x[member], 1.0, &p, &solution[group]);
         }
     }
 
-    fn smooth(&mut self, r: &[[f64; B]], x: &mut [[f64; B]]) {
-        self.matrix.residual(r, x, &mut self.left);
+    fn smooth(&mut self, workers: &Workers, r: &[[f64; B]], x: &mut [[f64; B]]) {
+        self.matrix.residual(workers, r, x, &mut self.left);
         for ((x, left), inverse) in x.iter_mut().zip(&self.left).zip(&self.inverses) {
             add_product(x, self.damping, inverse, left);
         }
     }
 
     /// 4/3 over the largest eigenvalue of D^-1 A, by powers.
-    fn find_damping(&mut self) -> Result<f64> {
+    fn find_damping(&mut self, workers: &Workers) -> Result<f64> {
         let count = self.places.len();
         let zero = memory::filled([0.0; B], count, PURPOSE)?;
         let mut x = memory::filled([0.0; B], count, PURPOSE)?;
@@ -206,7 +224,7 @@ impl<const D: usize, const B: usize> Grouped<D, B> {
         }
         let mut largest = 1.0;
         for _ in 0..12 {
-            self.matrix.residual(&zero, &x, &mut self.left);
+            self.matrix.residual(workers, &zero, &x, &mut self.left);
             for ((x, left), inverse) in x.iter_mut().zip(&self.left).zip(&self.inverses) {
                 *x = [0.0; B];
                 add_product(x, -1.0, inverse, left);
@@ -273,8 +291,7 @@ fn coarsened<const D: usize, const B: usize>(
                         *value = (0..B).map(|k| own[k][row] * block[k][column]).sum();
                     }
                     for column in 0..B {
-                        sum[row][column] +=
-                            (0..B).map(|k| half[k] * there[k][column]).sum::<f64>();
+                        sum[row][column] += (0..B).map(|k| half[k] * there[k][column]).sum::<f64>();
                     }
                 }
             }

@@ -32,11 +32,8 @@ impl Factor {
                 let known: f64 = (other[from..column].iter().zip(&own[from..column]))
                     .map(|(other, own)| other * own)
                     .sum();
-                let entry = if other[column] > 0.0 {
-                    (own[column] - known) / other[column]
-                } else {
-                    0.0
-                };
+                let entry =
+                    if other[column] > 0.0 { (own[column] - known) / other[column] } else { 0.0 };
                 own[column] = entry;
                 pivot -= entry * entry;
             }

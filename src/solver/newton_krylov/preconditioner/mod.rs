@@ -69,11 +69,11 @@ impl Preconditioner {
             }
             (Preconditioning::Global, 3) => {
                 let springs = BondStiffness::new(plan, workers, bonds, displacement, held)?;
-                Of::Solid(Box::new(Multilevel::new(plan, springs)?))
+                Of::Solid(Box::new(Multilevel::new(plan, workers, springs)?))
             }
             (Preconditioning::Global, _) => {
                 let springs = BondStiffness::new(plan, workers, bonds, displacement, held)?;
-                Of::Plane(Box::new(Multilevel::new(plan, springs)?))
+                Of::Plane(Box::new(Multilevel::new(plan, workers, springs)?))
             }
         };
         Ok(Self {

@@ -2,7 +2,7 @@
 //! bodies.
 //!
 //! Weighted families average over all that is shorter than a horizon, so that one division by the points' own
-//! stiffness wipes out short waves; groups half a horizon around a point take the long ones.
+//! stiffness wipes out short waves; groups a third of a horizon around a point take the long ones.
 
 use super::aggregates::{Aggregates, modes};
 use super::bond_stiffness::{BondStiffness, apart};
@@ -14,11 +14,9 @@ use crate::solver::balance::PURPOSE;
 use crate::tensor::{Vector, dot};
 use crate::workers::Workers;
 
-/// Reach of a group, over the horizon.
-static GROUPS: std::sync::LazyLock<f64> = std::sync::LazyLock::new(|| std::env::var("GROUP").map_or(0.5, |v| v.parse().unwrap_or(0.5)));
-
-/// Share of what a division by the own stiffness would move points.
-static DAMPINGS: std::sync::LazyLock<f64> = std::sync::LazyLock::new(|| std::env::var("DAMP").map_or(0.9, |v| v.parse().unwrap_or(0.9)));
+/// Reach of a group around its root, over the horizon; its shortest bonds always belong to it.
+const GROUP: f64 = 0.35;
+const SHORTEST: f64 = 1.05;
 
 pub(super) struct Multilevel<const D: usize, const B: usize> {
     stiffness: BondStiffness<D>,
@@ -30,12 +28,12 @@ pub(super) struct Multilevel<const D: usize, const B: usize> {
 }
 
 impl<const D: usize, const B: usize> Multilevel<D, B> {
-    pub(super) fn new(plan: &Plan, stiffness: BondStiffness<D>) -> Result<Self> {
+    pub(super) fn new(plan: &Plan, workers: &Workers, stiffness: BondStiffness<D>) -> Result<Self> {
         let horizons = &plan.formulation.weights().horizons;
-        let scale = (0..plan.count()).map(|point| horizons.at(point)).sum::<f64>()
-            / plan.count() as f64;
+        let scale =
+            (0..plan.count()).map(|point| horizons.at(point)).sum::<f64>() / plan.count() as f64;
         let near = |root: usize, take: &mut dyn FnMut(usize)| {
-            let reach = *GROUPS * horizons.at(root);
+            let reach = (GROUP * horizons.at(root)).max(SHORTEST * shortest(plan, root));
             for bond in plan.families.bonds(root) {
                 if bond.length <= reach && stiffness.springs[bond.slot] > 0.0 {
                     take(bond.neighbor);
@@ -45,7 +43,7 @@ impl<const D: usize, const B: usize> Multilevel<D, B> {
         let groups = Aggregates::new(&stiffness.places, near)?;
         let matrix = assembled(plan, &stiffness, &groups, scale)?;
         let centres = memory::copied(&groups.centres, PURPOSE)?;
-        let below = Level::new(matrix, centres, 3.0 * *GROUPS * scale, scale)?;
+        let below = Level::new(workers, matrix, centres, 3.0 * GROUP * scale, scale)?;
         let zeros = || memory::filled([0.0; B], groups.count(), PURPOSE);
         let coarse = [zeros()?, zeros()?];
         let left = memory::filled(0.0, plan.count() * D, PURPOSE)?;
@@ -55,7 +53,7 @@ impl<const D: usize, const B: usize> Multilevel<D, B> {
     /// z close to K^-1 r.
     pub(super) fn apply(&mut self, plan: &Plan, workers: &Workers, r: &[f64], z: &mut [f64]) {
         let Self { stiffness, groups, scale, below, left, coarse } = self;
-        stiffness.divide(workers, *DAMPINGS, r, z);
+        stiffness.divide(workers, 1.0, r, z);
         stiffness.residual(plan, workers, r, z, left);
         let [right, solution] = coarse;
         let mode = |point: usize| -> [Vector<D>; B] {
@@ -72,7 +70,7 @@ impl<const D: usize, const B: usize> Multilevel<D, B> {
                 *sum += dot(mode, left);
             }
         }
-        below.cycle(right, solution);
+        below.cycle(workers, right, solution);
         for (point, z) in z.as_chunks_mut::<D>().0.iter_mut().enumerate() {
             let factors = &solution[groups.of[point] as usize];
             for (factor, mode) in factors.iter().zip(&mode(point)) {
@@ -82,8 +80,13 @@ impl<const D: usize, const B: usize> Multilevel<D, B> {
             }
         }
         stiffness.residual(plan, workers, r, z, left);
-        stiffness.add_divided(workers, *DAMPINGS, left, z);
+        stiffness.add_divided(workers, 1.0, left, z);
     }
+}
+
+/// Length of a point's shortest bond.
+fn shortest(plan: &Plan, point: usize) -> f64 {
+    plan.families.bonds(point).map(|bond| bond.length).fold(f64::INFINITY, f64::min)
 }
 
 /// P^T K P
