@@ -44,6 +44,12 @@ impl Simulation {
         Ok(report)
     }
 
+    /// Refuses what a relaxation cannot begin with.
+    pub(crate) fn check_relaxing(&self, options: &RelaxOptions) -> Result<()> {
+        options.goal()?;
+        self.conditions.check_at_rest()
+    }
+
     /// As [`Simulation::relax`]; the report also tells of a run that failed.
     ///
     /// # Errors

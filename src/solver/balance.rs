@@ -104,7 +104,7 @@ impl<'a> Balance<'a> {
         self.pull(displacement, residual)?;
         let (plan, held, load, dimension) = (self.plan, self.held, self.load, self.plan.dimension);
         let (forces, reaction) =
-            (PerPoint(&mut *self.forces, dimension), PerPoint(&mut *self.other, dimension));
+            (PerPoint(&mut self.forces, dimension), PerPoint(&mut self.other, dimension));
         let outputs = (PerPoint(residual, dimension), reaction, forces);
         self.space.workers.sweep(plan.count(), outputs, |range, (residual, reaction, forces)| {
             for (place, value) in residual.0.iter_mut().enumerate() {

@@ -94,8 +94,8 @@ pub(super) fn modes<const D: usize, const B: usize>(
     scale: f64,
 ) -> [Vector<D>; B] {
     let mut modes = [[0.0; D]; B];
-    for axis in 0..D {
-        modes[axis][axis] = 1.0;
+    for (axis, mode) in modes.iter_mut().take(D).enumerate() {
+        mode[axis] = 1.0;
     }
     if D == 2 {
         modes[2][0] = -offset[1] / scale;

@@ -84,10 +84,11 @@ impl<const D: usize> BondStiffness<D> {
                 crate::tensor::add_outer(&mut own, spring, &apart, &apart);
             }
             let mean = crate::tensor::trace(&own) / D as f64;
-            for axis in 0..D {
-                own[axis][axis] += LEAST * mean;
-                for other in 0..D {
-                    own[axis][other] *= self.free[point][axis] * self.free[point][other];
+            let free = &self.free[point];
+            for (axis, row) in own.iter_mut().enumerate() {
+                row[axis] += LEAST * mean;
+                for (entry, other) in row.iter_mut().zip(free) {
+                    *entry *= free[axis] * other;
                 }
             }
             let matrix = memory::copied(own.as_flattened(), PURPOSE)?;

@@ -192,9 +192,9 @@ impl<const D: usize, const B: usize> Grouped<D, B> {
             let group = group as usize;
             let p: Block<B> =
                 prolongation(&self.places[member], &self.groups.centres[group], self.scale);
-            for row in 0..B {
-                for column in 0..B {
-                    right[group][column] += p[row][column] * self.left[member][row];
+            for (row, left) in p.iter().zip(&self.left[member]) {
+                for (right, entry) in right[group].iter_mut().zip(row) {
+                    *right += entry * left;
                 }
             }
         }
