@@ -15,6 +15,7 @@ mod setup;
 mod solve;
 mod stable_step;
 mod statics;
+mod traction;
 mod values;
 
 use std::sync::{Mutex, OnceLock};
@@ -83,6 +84,8 @@ pub struct Simulation {
     /// Held while the families are built, since calls that only read may come at once.
     building: Mutex<()>,
     conditions: Conditions,
+    /// Areas of the surface along sets, as the host gave them.
+    areas: Vec<(String, Vec<f64>)>,
     state: State,
     series: Mutex<Series>,
     log: Option<Log>,
@@ -111,6 +114,7 @@ impl Simulation {
             built: OnceLock::new(),
             building: Mutex::new(()),
             conditions: Conditions::default(),
+            areas: Vec::new(),
             series: Mutex::new(Series::default()),
             log: None,
         })
@@ -279,7 +283,7 @@ impl Simulation {
         source: Source,
     ) -> Result<()> {
         Conditions::check(&self.points, set, axis, &source)?;
-        if quantity == Quantity::BodyForce {
+        if quantity.is_load() {
             self.state.make_room_for_loads()?;
         }
         self.conditions.prescribe(&self.points, set, quantity, axis, source)?;

@@ -3,4 +3,5 @@
 #![allow(clippy::disallowed_methods, clippy::disallowed_macros)]
 
 mod bars;
+mod surface;
 mod traction_bar;
