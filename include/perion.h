@@ -575,6 +575,11 @@ typedef struct perion_memory {
 #define PERION_QUANTITY_BODY_FORCE 3
 
 /**
+ * Force per reference area of the surface along a set of points, the outermost layer; a dead load.
+ */
+#define PERION_QUANTITY_TRACTION 4
+
+/**
  * Position in the reference configuration, a length; a vector.
  */
 #define PERION_FIELD_REFERENCE_POSITION 1
@@ -1213,8 +1218,9 @@ perion_status perion_simulation_bond_count(const struct perion_simulation *simul
 
 /**
  * Prescribes a constant on a set along an axis (from 0), from the next step on. Per point and axis the
- * last displacement or velocity wins and replaces the other for good; body forces of different sets
- * add, the same set and axis replaces. A displacement is where the point is put at once at the end of
+ * last displacement or velocity wins and replaces the other for good; body forces and tractions of different
+ * sets add, the same set and axis replaces. A traction acts on the layers below its set, see
+ * perion_simulation_set_surface_areas. A displacement is where the point is put at once at the end of
  * the next step: ramp it by a table for smooth loading.
  *
  * ERROR_ARGUMENT: unknown set or quantity, axis out of range, value not finite. Since 0.1.
@@ -1275,6 +1281,19 @@ perion_status perion_simulation_release(struct perion_simulation *simulation,
                                         const char *set,
                                         perion_quantity quantity,
                                         int32_t axis);
+
+/**
+ * Gives the areas of the surface along a set, one a point of the set, in its order: a traction then makes a force of a
+ * point's area times its value, spread over the layers below the point that a stress up to the surface would pull on.
+ * Without areas they are estimated, well on lattices; give them for clouds without order and for bodies thinner than
+ * four horizons. areas: [count], copied.
+ *
+ * ERROR_ARGUMENT: unknown set, count is not the set's size, an area not positive and finite. Since 0.1.
+ */
+perion_status perion_simulation_set_surface_areas(struct perion_simulation *simulation,
+                                                  const char *set,
+                                                  int64_t count,
+                                                  const double *areas);
 
 /**
  * Copies a field of all points to the host, point after point in the host's order. length: number of

@@ -267,9 +267,8 @@ impl<const D: usize> Surface<'_, D> {
             let there = self.place(bond.neighbor);
             let apart: Vector<D> = std::array::from_fn(|axis| there[axis] - here[axis]);
             add_outer(&mut spread, 1.0, &apart, &apart);
-            for axis in 0..D {
-                outward[axis] -= self.vectors[bond.neighbor][axis];
-            }
+            let pulled = &self.vectors[bond.neighbor];
+            outward.iter_mut().zip(pulled).for_each(|(outward, pulled)| *outward -= pulled);
         }
         let (values, vectors) = eigen(&spread);
         let least = (0..D).min_by(|&a, &b| values[a].total_cmp(&values[b]))?;
