@@ -19,7 +19,7 @@ OUT := out
 
 # Sources in bindings/fortran that hosts compile, in the order in which compilers want them. perion.pc and the
 # CMake files take this list; fpm finds its own order.
-FORTRAN_SOURCES := perion_c.f90 perion_support.f90 perion.f90 perion_library.f90 perion_points.f90 perion_model.f90 perion_setup.f90 perion_conditions.f90 perion_fields.f90 perion_drive.f90
+FORTRAN_SOURCES := perion_c.f90 perion_support.f90 perion.f90 perion_library.f90 perion_points.f90 perion_model.f90 perion_setup.f90 perion_conditions.f90 perion_fields.f90 perion_drive.f90 perion_statics.f90
 # What the static library needs of the system: rustc's native-static-libs.
 NATIVE_LIBRARIES := -lgcc_s -lutil -lrt -lpthread -lm -ldl -lc
 
@@ -61,7 +61,7 @@ test: library
 
 # What takes too long for every day; docs tell what it last gave.
 test-long:
-	$(CARGO) test --release --test stable_step -- --ignored --nocapture
+	$(CARGO) test --release --test stable_step --test statics -- --ignored --nocapture --test-threads 1
 
 # Installs what is built, and builds what is not or is older than its sources: as root, run make first as yourself.
 INSTALLATION = MAKE="$(MAKE)" CARGO="$(CARGO)" LIB="$(LIB)" VERSION="$(VERSION)" ABI="$(ABI)" \

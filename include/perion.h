@@ -180,6 +180,85 @@ typedef int32_t perion_log_level;
 typedef void (*perion_log)(void *user, perion_log_level level, const char *message);
 
 /**
+ * What a run has done: advance, solve or relax. Members that do not belong to it are 0. Let perion_report_init set
+ * struct_size.
+ */
+typedef struct perion_report {
+    /**
+     * Bytes of the caller's struct.
+     */
+    int64_t struct_size;
+    /**
+     * steps completed; of solve load steps, of relax 1
+     */
+    int64_t steps;
+    /**
+     * how often the stable step was found
+     */
+    int64_t estimates;
+    /**
+     * the smallest time step, 0 when none was made
+     */
+    double smallest_time_step;
+    /**
+     * the largest time step
+     */
+    double largest_time_step;
+    /**
+     * the stable step as it was last found
+     */
+    double stable_time_step;
+    /**
+     * time of the last completed step
+     */
+    double time;
+    /**
+     * of solve: load steps that failed and were cut
+     */
+    int64_t cuts;
+    /**
+     * of solve: linear systems solved; of relax: its steps
+     */
+    int64_t iterations;
+    /**
+     * of solve and relax: forces evaluated
+     */
+    int64_t evaluations;
+    /**
+     * of solve and relax: bonds broken
+     */
+    int64_t broken_bonds;
+    /**
+     * of solve and relax: share of the way to the conditions that was gone, 1 when complete
+     */
+    double share;
+    /**
+     * of solve and relax: relative residual of the last iteration
+     */
+    double residual;
+    /**
+     * of solve and relax: elastic energy at the end of a run that succeeded
+     */
+    double elastic;
+    /**
+     * of solve and relax: work of loads and constraints
+     */
+    double external_work;
+    /**
+     * given by the host: room for relative residuals, one an iteration, and how many numbers it has; NULL for none
+     */
+    double *residuals_or_null;
+    /**
+     * see above
+     */
+    int64_t residual_capacity;
+    /**
+     * how many residuals there are; the first residual_capacity are written
+     */
+    int64_t residual_count;
+} perion_report;
+
+/**
  * How perion_simulation_advance chooses its steps; a member that is 0 stands for its default. Let
  * perion_advance_options_init set struct_size.
  */
@@ -204,38 +283,92 @@ typedef struct perion_advance_options {
 } perion_advance_options;
 
 /**
- * What a run has done. Let perion_report_init set struct_size.
+ * A method for linear systems.
  */
-typedef struct perion_report {
+typedef int32_t perion_krylov;
+
+/**
+ * What linear systems are preconditioned by.
+ */
+typedef int32_t perion_preconditioner;
+
+/**
+ * How perion_simulation_solve looks for equilibrium; a member that is 0 stands for its default. Let
+ * perion_solve_options_init set struct_size.
+ */
+typedef struct perion_solve_options {
     /**
      * Bytes of the caller's struct.
      */
     int64_t struct_size;
     /**
-     * steps completed
+     * time at the end, along which tables and functions are asked; 0: the current time
+     */
+    double time_end;
+    /**
+     * forces out of balance over loads or reactions, whichever are larger (2-norms); default 1e-8
+     */
+    double tolerance;
+    /**
+     * load steps to begin with, equally long; cut where one fails, longer where they are easy; default 1
+     */
+    int64_t load_steps;
+    /**
+     * share of the way that a load step has at least; default 1e-3
+     */
+    double smallest_load_step;
+    /**
+     * linear systems that a load step may take, each time bonds have broken; default 25
+     */
+    int64_t iterations;
+    /**
+     * products of the stiffness that a linear system may take, each of one force; default 2000
+     */
+    int64_t products;
+    /**
+     * how often bonds may break within a load step; default 200
+     */
+    int64_t breaks;
+    /**
+     * a method for linear systems
+     */
+    perion_krylov krylov;
+    /**
+     * what they are preconditioned by
+     */
+    perion_preconditioner preconditioner;
+} perion_solve_options;
+
+/**
+ * How perion_simulation_relax looks for equilibrium; a member that is 0 stands for its default. Let
+ * perion_relax_options_init set struct_size.
+ */
+typedef struct perion_relax_options {
+    /**
+     * Bytes of the caller's struct.
+     */
+    int64_t struct_size;
+    /**
+     * forces out of balance over loads or reactions, whichever are larger (2-norms); default 1e-6
+     */
+    double tolerance;
+    /**
+     * energy of the damped motion over the largest that it had; default 1e-9
+     */
+    double energy_tolerance;
+    /**
+     * steps that it may take, each time bonds have broken; default 100000
      */
     int64_t steps;
     /**
-     * how often the stable step was found
+     * steps over which prescribed displacements are applied; default 100
      */
-    int64_t estimates;
+    int64_t ramp;
     /**
-     * the smallest time step, 0 when none was made
+     * how often bonds may break; default 200
      */
-    double smallest_time_step;
-    /**
-     * the largest time step
-     */
-    double largest_time_step;
-    /**
-     * the stable step as it was last found
-     */
-    double stable_time_step;
-    /**
-     * time of the last completed step
-     */
-    double time;
-} perion_report;
+    int64_t breaks;
+} perion_relax_options;
 
 /**
  * The energy of a simulation, in units of energy. Let perion_energy_init set struct_size.
@@ -442,6 +575,11 @@ typedef struct perion_memory {
 #define PERION_QUANTITY_BODY_FORCE 3
 
 /**
+ * Force per reference area of the surface along a set of points, the outermost layer; a dead load.
+ */
+#define PERION_QUANTITY_TRACTION 4
+
+/**
  * Position in the reference configuration, a length; a vector.
  */
 #define PERION_FIELD_REFERENCE_POSITION 1
@@ -621,6 +759,42 @@ typedef struct perion_memory {
  * Something that helps to follow what happens.
  */
 #define PERION_LOG_LEVEL_INFORMATION 2
+
+/**
+ * The default: conjugate gradients where forces have a potential, minimal residuals where the stiffness then turns out
+ * to have a direction without resistance; else generalised minimal residuals.
+ */
+#define PERION_KRYLOV_AUTOMATIC 0
+
+/**
+ * Conjugate gradients: for a stiffness that is symmetric and positive.
+ */
+#define PERION_KRYLOV_CONJUGATE_GRADIENTS 1
+
+/**
+ * Minimal residuals: for one that is symmetric.
+ */
+#define PERION_KRYLOV_MINIMAL_RESIDUALS 2
+
+/**
+ * Generalised minimal residuals, started again after 40 products: for any.
+ */
+#define PERION_KRYLOV_GENERALISED_MINIMAL_RESIDUALS 3
+
+/**
+ * The default: a cycle over several levels of a stiffness of springs. Few iterations at any size of the body.
+ */
+#define PERION_PRECONDITIONER_GLOBAL 0
+
+/**
+ * The stiffness of each point alone: no set-up, many iterations.
+ */
+#define PERION_PRECONDITIONER_BLOCK_DIAGONAL 1
+
+/**
+ * Nothing.
+ */
+#define PERION_PRECONDITIONER_NONE 2
 
 #ifdef __cplusplus
 extern "C" {
@@ -1044,8 +1218,9 @@ perion_status perion_simulation_bond_count(const struct perion_simulation *simul
 
 /**
  * Prescribes a constant on a set along an axis (from 0), from the next step on. Per point and axis the
- * last displacement or velocity wins and replaces the other for good; body forces of different sets
- * add, the same set and axis replaces. A displacement is where the point is put at once at the end of
+ * last displacement or velocity wins and replaces the other for good; body forces and tractions of different
+ * sets add, the same set and axis replaces. A traction acts on the layers below its set, see
+ * perion_simulation_set_surface_areas. A displacement is where the point is put at once at the end of
  * the next step: ramp it by a table for smooth loading.
  *
  * ERROR_ARGUMENT: unknown set or quantity, axis out of range, value not finite. Since 0.1.
@@ -1106,6 +1281,19 @@ perion_status perion_simulation_release(struct perion_simulation *simulation,
                                         const char *set,
                                         perion_quantity quantity,
                                         int32_t axis);
+
+/**
+ * Gives the areas of the surface along a set, one a point of the set, in its order: a traction then makes a force of a
+ * point's area times its value, spread over the layers below the point that a stress up to the surface would pull on.
+ * Without areas they are estimated, well on lattices; give them for clouds without order and for bodies thinner than
+ * four horizons. areas: [count], copied.
+ *
+ * ERROR_ARGUMENT: unknown set, count is not the set's size, an area not positive and finite. Since 0.1.
+ */
+perion_status perion_simulation_set_surface_areas(struct perion_simulation *simulation,
+                                                  const char *set,
+                                                  int64_t count,
+                                                  const double *areas);
 
 /**
  * Copies a field of all points to the host, point after point in the host's order. length: number of
@@ -1323,17 +1511,17 @@ perion_status perion_simulation_step_count(const struct perion_simulation *simul
                                            int64_t *count);
 
 /**
+ * Clears the struct and sets its struct_size; struct_size: sizeof(perion_report) as the host was
+ * compiled, so that it works with later libraries too. Since 0.1.
+ */
+void perion_report_init(struct perion_report *report, int64_t struct_size);
+
+/**
  * Clears the struct, which stands for all defaults, and sets its struct_size; struct_size:
  * sizeof(perion_advance_options) as the host was compiled, so that it works with later libraries too. Since 0.1.
  */
 void perion_advance_options_init(struct perion_advance_options *advance_options,
                                  int64_t struct_size);
-
-/**
- * Clears the struct and sets its struct_size; struct_size: sizeof(perion_report) as the host was
- * compiled, so that it works with later libraries too. Since 0.1.
- */
-void perion_report_init(struct perion_report *report, int64_t struct_size);
 
 /**
  * Makes velocity Verlet steps up to the time `until`, and lands on it exactly. Steps are a share of the stable step,
@@ -1349,6 +1537,53 @@ perion_status perion_simulation_advance(struct perion_simulation *simulation,
                                         double until,
                                         const struct perion_advance_options *advance_options_or_null,
                                         struct perion_report *report_or_null);
+
+/**
+ * Clears the struct, which stands for all defaults, and sets its struct_size; struct_size:
+ * sizeof(perion_solve_options) as the host was compiled, so that it works with later libraries too. Since 0.1.
+ */
+void perion_solve_options_init(struct perion_solve_options *solve_options,
+                               int64_t struct_size);
+
+/**
+ * Clears the struct, which stands for all defaults, and sets its struct_size; struct_size:
+ * sizeof(perion_relax_options) as the host was compiled, so that it works with later libraries too. Since 0.1.
+ */
+void perion_relax_options_init(struct perion_relax_options *relax_options,
+                               int64_t struct_size);
+
+/**
+ * Finds the equilibrium under the conditions by Newton's method on the forces, going on from the last completed step.
+ * Constants go linearly from what they were at the last equilibrium to what they are, tables and functions are asked
+ * along the time to time_end. Bonds that an equilibrium would break are broken for good, and it is looked for again.
+ * Each load step counts as a completed step, at which the body is at rest and materials remember. NULL options are the
+ * defaults. The report, unless NULL, tells what was done, also of a run that failed on its way; it may bring room for
+ * the residuals. The progress callback is told of each load step, with the total as it looks then.
+ *
+ * ERROR_ARGUMENT: an option out of range, struct_size not set. ERROR_STATE: a velocity is prescribed.
+ * ERROR_CONVERGENCE: load steps were cut to the smallest without success; the text has reason and residuals.
+ * ERROR_INTERRUPTED: a callback stopped. ERROR_MEMORY. A failure leaves the simulation as the last completed load step
+ * left it. Since 0.1.
+ */
+perion_status perion_simulation_solve(struct perion_simulation *simulation,
+                                      const struct perion_solve_options *solve_options_or_null,
+                                      struct perion_report *report_or_null);
+
+/**
+ * Finds the equilibrium under the conditions at the current time by adaptive dynamic relaxation: a damped motion with
+ * masses of its own, of one force a step, for bodies whose linear systems are hard to solve. Loads act at once,
+ * displacements over the first steps. Bonds that the equilibrium would break are broken for good, and the body relaxes
+ * again. The result counts as one completed step, at which the body is at rest; the time stands still. NULL options are
+ * the defaults. The report, unless NULL, tells what was done, also of a run that failed; it may bring room for the
+ * residuals.
+ *
+ * ERROR_ARGUMENT: an option out of range, struct_size not set. ERROR_STATE: a velocity is prescribed.
+ * ERROR_CONVERGENCE: the steps did not lead there; the text has reason and residuals. ERROR_INTERRUPTED: a function
+ * stopped. ERROR_MEMORY. A failure leaves the simulation as the last completed step left it. Since 0.1.
+ */
+perion_status perion_simulation_relax(struct perion_simulation *simulation,
+                                      const struct perion_relax_options *relax_options_or_null,
+                                      struct perion_report *report_or_null);
 
 /**
  * Clears the struct and sets its struct_size; struct_size: sizeof(perion_energy) as the host was

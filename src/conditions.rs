@@ -1,11 +1,11 @@
 //! Conditions: what the host prescribes on sets of points, along one axis each.
 //!
-//! Per point and axis the last displacement or velocity wins for good; body forces of different sets
-//! add. Each is asked once per time it is needed at.
+//! Per point and axis the last displacement or velocity wins for good; body forces and tractions of
+//! different sets add. Each is asked once per time it is needed at.
 
 use std::ops::ControlFlow;
 
-use crate::error::{Error, Result, argument};
+use crate::error::{Error, Result, argument, state};
 use crate::memory;
 use crate::points::Points;
 
@@ -18,6 +18,8 @@ pub enum Quantity {
     Velocity,
     /// Force per reference volume.
     BodyForce,
+    /// Force per reference area of the surface along a set of points; it keeps its direction.
+    Traction,
 }
 
 impl Quantity {
@@ -26,7 +28,13 @@ impl Quantity {
             Self::Displacement => "displacement",
             Self::Velocity => "velocity",
             Self::BodyForce => "body force",
+            Self::Traction => "traction",
         }
+    }
+
+    /// Whether it is a force, and not a motion.
+    pub(crate) fn is_load(self) -> bool {
+        matches!(self, Self::BodyForce | Self::Traction)
     }
 }
 
@@ -109,6 +117,19 @@ struct Condition {
     now: Vec<f64>,
     /// For velocities, those at the middle of the step.
     midway: Vec<f64>,
+    /// For tractions, the points that they act on, once it is known.
+    spread: Option<Vec<Part>>,
+}
+
+/// What of the traction at a point of a set acts on a point of the body.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Part {
+    /// Inner place of the point.
+    pub(crate) place: u32,
+    /// Number of the point in its set.
+    pub(crate) member: u32,
+    /// Area over the volume of the point.
+    pub(crate) weight: f64,
 }
 
 /// All conditions of a simulation.
@@ -126,6 +147,8 @@ pub(crate) struct Ruled {
     pub(crate) value: f64,
     /// The prescribed velocity at the middle of the step.
     pub(crate) midway: f64,
+    /// It changes by itself in time.
+    pub(crate) varies: bool,
 }
 
 impl Conditions {
@@ -169,6 +192,7 @@ impl Conditions {
             source,
             members,
             sorted,
+            spread: None,
         };
         if let Source::Function { positions, .. } = &mut condition.source {
             let dimension = points.dimension();
@@ -182,7 +206,7 @@ impl Conditions {
         memory::push(&mut self.list, condition, purpose)?;
         let new = self.list.len() - 1;
         for (place, condition) in self.list.iter_mut().enumerate() {
-            if place != new && condition.quantity != Quantity::BodyForce && condition.axis == axis {
+            if place != new && !condition.quantity.is_load() && condition.axis == axis {
                 for (rules, &member) in condition.rules.iter_mut().zip(&condition.members) {
                     *rules &= !taken.get(member as usize).is_some_and(|&taken| taken);
                 }
@@ -199,7 +223,7 @@ impl Conditions {
 
     /// The points that a displacement or velocity takes from earlier conditions.
     fn taken_by(&self, condition: &Condition, count: usize) -> Result<Vec<bool>> {
-        if condition.quantity == Quantity::BodyForce {
+        if condition.quantity.is_load() {
             return Ok(Vec::new());
         }
         let mut taken = memory::filled(false, count, "a condition")?;
@@ -229,16 +253,26 @@ impl Conditions {
         Ok(())
     }
 
+    /// Refuses velocities, which a body at rest has none of.
+    pub(crate) fn check_at_rest(&self) -> Result<()> {
+        match self.list.iter().find(|known| known.quantity == Quantity::Velocity) {
+            Some(known) => state(format!(
+                "a velocity is prescribed on set '{}', axis {}; equilibrium has none: release it, or \
+                 prescribe a displacement",
+                known.set, known.axis
+            )),
+            None => Ok(()),
+        }
+    }
+
     /// Whether any body force changes by itself.
     pub(crate) fn loads_vary(&self) -> bool {
-        self.list
-            .iter()
-            .any(|known| known.quantity == Quantity::BodyForce && known.source.varies_in_time())
+        self.list.iter().any(|known| known.quantity.is_load() && known.source.varies_in_time())
     }
 
     /// Asks displacements and velocities for a step from `time` to `time + time_step`.
     pub(crate) fn ask_motion(&mut self, time: f64, time_step: f64) -> Result<()> {
-        let motions = self.list.iter_mut().filter(|known| known.quantity != Quantity::BodyForce);
+        let motions = self.list.iter_mut().filter(|known| !known.quantity.is_load());
         for condition in motions {
             if condition.quantity == Quantity::Velocity {
                 condition.ask(time + 0.5 * time_step)?;
@@ -257,9 +291,30 @@ impl Conditions {
         load: &mut [f64],
     ) -> Result<()> {
         load.fill(0.0);
-        let loads = self.list.iter_mut().filter(|known| known.quantity == Quantity::BodyForce);
+        self.add_loads(time, dimension, load, None)
+    }
+
+    /// Adds the body forces at `time` to `load`: all, those that vary in time, or those that do not.
+    pub(crate) fn add_loads(
+        &mut self,
+        time: f64,
+        dimension: usize,
+        load: &mut [f64],
+        varying: Option<bool>,
+    ) -> Result<()> {
+        let loads = self.list.iter_mut().filter(|known| known.quantity.is_load());
         for condition in loads {
+            if varying.is_some_and(|varying| varying != condition.source.varies_in_time()) {
+                continue;
+            }
             condition.ask(time)?;
+            if let Some(spread) = &condition.spread {
+                for part in spread {
+                    let value = part.weight * condition.value(part.member as usize);
+                    load[part.place as usize * dimension + condition.axis] += value;
+                }
+                continue;
+            }
             for (member, &place) in condition.members.iter().enumerate() {
                 load[place as usize * dimension + condition.axis] += condition.value(member);
             }
@@ -267,9 +322,34 @@ impl Conditions {
         Ok(())
     }
 
+    /// A set with a traction of which it is not known where it acts, and the inner places of its points.
+    pub(crate) fn unspread(&self) -> Option<(&str, &[u32])> {
+        let unknown =
+            |known: &&Condition| known.quantity == Quantity::Traction && known.spread.is_none();
+        self.list.iter().find(unknown).map(|known| (&known.set[..], &known.members[..]))
+    }
+
+    /// Tells where the tractions of a set act.
+    pub(crate) fn spread(&mut self, set: &str, parts: &[Part]) -> Result<()> {
+        let of_set = |known: &&mut Condition| {
+            known.quantity == Quantity::Traction && known.spread.is_none() && known.set == set
+        };
+        for condition in self.list.iter_mut().filter(of_set) {
+            condition.spread = Some(memory::copied(parts, "a traction")?);
+        }
+        Ok(())
+    }
+
+    /// Forgets where the tractions of a set act.
+    pub(crate) fn forget_spread(&mut self, set: &str) {
+        for condition in self.list.iter_mut().filter(|known| known.set == set) {
+            condition.spread = None;
+        }
+    }
+
     /// Calls `visit` with every component that a displacement or velocity rules.
     pub(crate) fn for_each_ruled(&self, dimension: usize, mut visit: impl FnMut(Ruled)) {
-        let motions = self.list.iter().filter(|known| known.quantity != Quantity::BodyForce);
+        let motions = self.list.iter().filter(|known| !known.quantity.is_load());
         for condition in motions {
             let members = condition.sorted.iter().map(|&member| member as usize);
             for member in members.filter(|&member| condition.rules[member]) {
@@ -279,6 +359,7 @@ impl Conditions {
                     quantity: condition.quantity,
                     value: condition.value(member),
                     midway: condition.midway[each],
+                    varies: condition.source.varies_in_time(),
                 });
             }
         }

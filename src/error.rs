@@ -30,6 +30,9 @@ pub enum Error {
     /// A computed quantity is not finite; the text names the point.
     #[error("{0}")]
     Numeric(String),
+    /// An iteration did not converge; the state is that of the last completed step.
+    #[error("{0}")]
+    Convergence(String),
     /// A callback of the host asked to stop.
     #[error("{0}")]
     Interrupted(String),

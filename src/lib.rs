@@ -67,5 +67,7 @@ pub use model::{Elastic, Influence, KEYS, Key, Kind, Model, Plane};
 pub use points::Points;
 pub use simulation::{
     AdvanceOptions, Advancing, Energy, Field, Health, Log, LogLevel, Memory, PointReport, Progress,
-    Report, Simulation, Stepping,
+    RelaxOptions, Report, Simulation, SolveOptions, Solving, StaticsReport, Stepping,
 };
+pub use solver::newton_krylov::Krylov;
+pub use solver::newton_krylov::preconditioner::Preconditioning;

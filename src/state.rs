@@ -34,8 +34,19 @@ pub(crate) struct State {
     /// The current load and acceleration belong to the current force, time and conditions.
     pub(crate) loads_fresh: bool,
     pub(crate) ledger: Ledger,
+    /// What was borne at the last equilibrium; `None` before the first.
+    pub(crate) settled: Option<Settled>,
     /// Time step of the last step made; 0 before the first.
     pub(crate) last_time_step: f64,
+}
+
+/// An equilibrium.
+#[derive(Debug)]
+pub(crate) struct Settled {
+    /// All body forces that were borne.
+    pub(crate) load: Vec<f64>,
+    /// Steps of the simulation then.
+    pub(crate) steps: u64,
 }
 
 /// The account of energy: what went in by work, and what the host changed by hand.
@@ -84,6 +95,7 @@ impl State {
             force_fresh: false,
             loads_fresh: false,
             ledger: Ledger::default(),
+            settled: None,
             last_time_step: 0.0,
         })
     }
@@ -127,6 +139,9 @@ impl State {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        self.current.bytes() + self.next.bytes() + self.host_load.as_ref().map_or(0, memory::bytes)
+        self.current.bytes()
+            + self.next.bytes()
+            + self.host_load.as_ref().map_or(0, memory::bytes)
+            + self.settled.as_ref().map_or(0, |settled| memory::bytes(&settled.load))
     }
 }

@@ -37,6 +37,11 @@ module perion
       PERION_ERROR_INTERRUPTED, PERION_ERROR_UNSUPPORTED, PERION_ERROR_POISONED, &
       PERION_ERROR_INTERNAL, &
       PERION_QUANTITY_DISPLACEMENT, PERION_QUANTITY_VELOCITY, PERION_QUANTITY_BODY_FORCE, &
+      PERION_QUANTITY_TRACTION, &
+      PERION_KRYLOV_AUTOMATIC, PERION_KRYLOV_CONJUGATE_GRADIENTS, &
+      PERION_KRYLOV_MINIMAL_RESIDUALS, PERION_KRYLOV_GENERALISED_MINIMAL_RESIDUALS, &
+      PERION_PRECONDITIONER_GLOBAL, PERION_PRECONDITIONER_BLOCK_DIAGONAL, &
+      PERION_PRECONDITIONER_NONE, &
       PERION_FIELD_REFERENCE_POSITION, PERION_FIELD_POSITION, PERION_FIELD_DISPLACEMENT, &
       PERION_FIELD_VELOCITY, PERION_FIELD_ACCELERATION, PERION_FIELD_INTERNAL_FORCE, &
       PERION_FIELD_BODY_FORCE, PERION_FIELD_REACTION, PERION_FIELD_VOLUME, PERION_FIELD_DENSITY, &
@@ -58,7 +63,7 @@ module perion
 
   public :: perion_points, perion_model, perion_simulation, perion_error
   public :: perion_energy, perion_health, perion_memory, perion_view
-  public :: perion_advance_options, perion_report
+  public :: perion_advance_options, perion_solve_options, perion_relax_options, perion_report
   public :: perion_function, perion_material, perion_progress, perion_log
   public :: perion_version, perion_abi_version, perion_version_string, perion_build_info
   public :: perion_has_feature, perion_status_string, perion_last_error
@@ -72,6 +77,11 @@ module perion
   public :: PERION_ERROR_CONVERGENCE, PERION_ERROR_INTERRUPTED, PERION_ERROR_UNSUPPORTED
   public :: PERION_ERROR_POISONED, PERION_ERROR_INTERNAL
   public :: PERION_QUANTITY_DISPLACEMENT, PERION_QUANTITY_VELOCITY, PERION_QUANTITY_BODY_FORCE
+  public :: PERION_QUANTITY_TRACTION
+  public :: PERION_KRYLOV_AUTOMATIC, PERION_KRYLOV_CONJUGATE_GRADIENTS
+  public :: PERION_KRYLOV_MINIMAL_RESIDUALS, PERION_KRYLOV_GENERALISED_MINIMAL_RESIDUALS
+  public :: PERION_PRECONDITIONER_GLOBAL, PERION_PRECONDITIONER_BLOCK_DIAGONAL
+  public :: PERION_PRECONDITIONER_NONE
   public :: PERION_OPERATOR_REFERENCE_UNDEFORMED, PERION_OPERATOR_REFERENCE_DEFORMED
   public :: PERION_OPERATOR_CURRENT_UNDEFORMED, PERION_OPERATOR_CURRENT_DEFORMED
   public :: PERION_FIELD_REFERENCE_POSITION, PERION_FIELD_POSITION, PERION_FIELD_DISPLACEMENT
@@ -245,9 +255,45 @@ module perion
     integer(c_int64_t) :: interval = 0
   end type perion_advance_options
 
-  !> What a run has done.
+  !> How solve looks for equilibrium; a component that is 0 stands for its default.
+  type :: perion_solve_options
+    !> time at the end, along which tables and functions are asked; 0 for the current time
+    real(c_double) :: time_end = 0
+    !> forces out of balance over loads or reactions, whichever are larger; 0 for the default, 1e-8
+    real(c_double) :: tolerance = 0
+    !> load steps to begin with, cut where one fails, longer where they are easy; 0 for the default, 1
+    integer(c_int64_t) :: load_steps = 0
+    !> share of the way that a load step has at least; 0 for the default, 1e-3
+    real(c_double) :: smallest_load_step = 0
+    !> linear systems that a load step may take, each time bonds have broken; 0 for the default, 25
+    integer(c_int64_t) :: iterations = 0
+    !> products of the stiffness that a linear system may take; 0 for the default, 2000
+    integer(c_int64_t) :: products = 0
+    !> how often bonds may break within a load step; 0 for the default, 200
+    integer(c_int64_t) :: breaks = 0
+    !> one of the PERION_KRYLOV_ constants
+    integer(c_int32_t) :: krylov = PERION_KRYLOV_AUTOMATIC
+    !> one of the PERION_PRECONDITIONER_ constants
+    integer(c_int32_t) :: preconditioner = PERION_PRECONDITIONER_GLOBAL
+  end type perion_solve_options
+
+  !> How relax looks for equilibrium; a component that is 0 stands for its default.
+  type :: perion_relax_options
+    !> forces out of balance over loads or reactions, whichever are larger; 0 for the default, 1e-6
+    real(c_double) :: tolerance = 0
+    !> energy of the damped motion over the largest that it had; 0 for the default, 1e-9
+    real(c_double) :: energy_tolerance = 0
+    !> steps that it may take, each time bonds have broken; 0 for the default, 100000
+    integer(c_int64_t) :: steps = 0
+    !> steps over which prescribed displacements are applied; 0 for the default, 100
+    integer(c_int64_t) :: ramp = 0
+    !> how often bonds may break; 0 for the default, 200
+    integer(c_int64_t) :: breaks = 0
+  end type perion_relax_options
+
+  !> What a run has done: advance, solve or relax. Components that do not belong to it are left as they are.
   type :: perion_report
-    !> steps completed
+    !> steps completed; of solve load steps, of relax 1
     integer(c_int64_t) :: steps = 0
     !> how often the stable step was found
     integer(c_int64_t) :: estimates = 0
@@ -259,6 +305,24 @@ module perion
     real(c_double) :: stable_time_step = 0
     !> time of the last completed step
     real(c_double) :: time = 0
+    !> of solve: load steps that failed and were cut
+    integer(c_int64_t) :: cuts = 0
+    !> of solve: linear systems solved; of relax: its steps
+    integer(c_int64_t) :: iterations = 0
+    !> of solve and relax: forces evaluated
+    integer(c_int64_t) :: evaluations = 0
+    !> of solve and relax: bonds broken
+    integer(c_int64_t) :: broken_bonds = 0
+    !> of solve and relax: share of the way to the conditions that was gone, 1 when complete
+    real(c_double) :: share = 0
+    !> of solve and relax: relative residual of the last iteration
+    real(c_double) :: residual = 0
+    !> of solve and relax: elastic energy at the end of a run that succeeded
+    real(c_double) :: elastic = 0
+    !> of solve and relax: work of loads and constraints
+    real(c_double) :: external_work = 0
+    !> of solve and relax: relative residuals, one an iteration; of many the first 100000
+    real(c_double), allocatable :: residuals(:)
   end type perion_report
 
   !> Heap bytes that a simulation holds.
@@ -351,6 +415,9 @@ module perion
     procedure :: stable_time_step => simulation_stable_time_step
     generic :: step => step_int64, step_int32
     procedure :: advance => simulation_advance
+    procedure :: solve => simulation_solve
+    procedure :: relax => simulation_relax
+    procedure :: set_surface_areas => simulation_set_surface_areas
     procedure :: set_progress => simulation_set_progress
     procedure :: set_log => simulation_set_log
     procedure :: time => simulation_time
@@ -1519,6 +1586,51 @@ module perion
       type(perion_report), optional, intent(inout) :: report
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine simulation_advance
+
+    !> Finds the equilibrium under the conditions by Newton's method on the forces, going on from the last
+    !> completed step. Constants go linearly from what they were at the last equilibrium to what they
+    !> are, tables and functions are asked along the time to options%time_end. Bonds that an equilibrium
+    !> would break are broken for good, and it is looked for again. Each load step counts as a completed
+    !> step, at which the body is at rest and materials remember. The report tells what was done, also of
+    !> a run that failed on its way. The object of set_progress is told of each load step.
+    !>
+    !> ERROR_ARGUMENT: an option out of range. ERROR_STATE: a velocity is prescribed. ERROR_CONVERGENCE:
+    !> load steps were cut to the smallest without success; the text has reason and residuals.
+    !> ERROR_INTERRUPTED: a callback stopped. A failure leaves the simulation as the last completed load
+    !> step left it.
+    recursive module subroutine simulation_solve(self, options, report, error)
+      class(perion_simulation), intent(inout) :: self
+      type(perion_solve_options), optional, intent(in) :: options
+      type(perion_report), optional, intent(inout) :: report
+      type(perion_error), allocatable, optional, intent(out) :: error
+    end subroutine simulation_solve
+
+    !> Finds the equilibrium under the conditions at the current time by adaptive dynamic relaxation: a
+    !> damped motion with masses of its own, of one force a step, for bodies whose linear systems are hard
+    !> to solve. The result counts as one completed step, at which the body is at rest; the time stands
+    !> still.
+    !>
+    !> ERROR_ARGUMENT: an option out of range. ERROR_STATE: a velocity is prescribed. ERROR_CONVERGENCE:
+    !> the steps did not lead there. A failure leaves the simulation as the last completed step left it.
+    recursive module subroutine simulation_relax(self, options, report, error)
+      class(perion_simulation), intent(inout) :: self
+      type(perion_relax_options), optional, intent(in) :: options
+      type(perion_report), optional, intent(inout) :: report
+      type(perion_error), allocatable, optional, intent(out) :: error
+    end subroutine simulation_relax
+
+    !> Gives the areas of the surface along a set, one a point of the set, in its order: a traction then
+    !> makes a force of a point's area times its value, spread over the layers below the point. Without
+    !> areas they are estimated, well on lattices; give them for clouds without order and for bodies
+    !> thinner than four horizons.
+    !>
+    !> ERROR_ARGUMENT: unknown set, not one area a point, an area not positive and finite.
+    recursive module subroutine simulation_set_surface_areas(self, set, areas, error)
+      class(perion_simulation), intent(inout) :: self
+      character(*), intent(in) :: set
+      real(c_double), target, intent(in) :: areas(:)
+      type(perion_error), allocatable, optional, intent(out) :: error
+    end subroutine simulation_set_surface_areas
 
     !> Sets the object that step tells of its progress; none when left out. The object is not
     !> copied: it must have the attribute target (or be what a pointer points to) and live where it

@@ -190,6 +190,28 @@ module perion_c
   !> Something that helps to follow what happens.
   integer(c_int32_t), parameter :: PERION_LOG_LEVEL_INFORMATION = 2_c_int32_t
 
+  !> The default: conjugate gradients where forces have a potential, minimal residuals where the stiffness then turns out
+  !> to have a direction without resistance; else generalised minimal residuals.
+  integer(c_int32_t), parameter :: PERION_KRYLOV_AUTOMATIC = 0_c_int32_t
+
+  !> Conjugate gradients: for a stiffness that is symmetric and positive.
+  integer(c_int32_t), parameter :: PERION_KRYLOV_CONJUGATE_GRADIENTS = 1_c_int32_t
+
+  !> Minimal residuals: for one that is symmetric.
+  integer(c_int32_t), parameter :: PERION_KRYLOV_MINIMAL_RESIDUALS = 2_c_int32_t
+
+  !> Generalised minimal residuals, started again after 40 products: for any.
+  integer(c_int32_t), parameter :: PERION_KRYLOV_GENERALISED_MINIMAL_RESIDUALS = 3_c_int32_t
+
+  !> The default: a cycle over several levels of a stiffness of springs. Few iterations at any size of the body.
+  integer(c_int32_t), parameter :: PERION_PRECONDITIONER_GLOBAL = 0_c_int32_t
+
+  !> The stiffness of each point alone: no set-up, many iterations.
+  integer(c_int32_t), parameter :: PERION_PRECONDITIONER_BLOCK_DIAGONAL = 1_c_int32_t
+
+  !> Nothing.
+  integer(c_int32_t), parameter :: PERION_PRECONDITIONER_NONE = 2_c_int32_t
+
   !> A field in the library's own memory and inner order. Component c of the host's point p is
   !> data[place * point_stride + c * component_stride], place = slot ? slot[p] : p. Valid until returned.
   !> Let perion_view_init set struct_size.
@@ -212,6 +234,47 @@ module perion_c
     integer(c_int64_t) :: generation
   end type perion_view
 
+  !> What a run has done: advance, solve or relax. Members that do not belong to it are 0. Let perion_report_init set
+  !> struct_size.
+  type, bind(c) :: perion_report
+    !> Bytes of the caller's struct.
+    integer(c_int64_t) :: struct_size
+    !> steps completed; of solve load steps, of relax 1
+    integer(c_int64_t) :: steps
+    !> how often the stable step was found
+    integer(c_int64_t) :: estimates
+    !> the smallest time step, 0 when none was made
+    real(c_double) :: smallest_time_step
+    !> the largest time step
+    real(c_double) :: largest_time_step
+    !> the stable step as it was last found
+    real(c_double) :: stable_time_step
+    !> time of the last completed step
+    real(c_double) :: time
+    !> of solve: load steps that failed and were cut
+    integer(c_int64_t) :: cuts
+    !> of solve: linear systems solved; of relax: its steps
+    integer(c_int64_t) :: iterations
+    !> of solve and relax: forces evaluated
+    integer(c_int64_t) :: evaluations
+    !> of solve and relax: bonds broken
+    integer(c_int64_t) :: broken_bonds
+    !> of solve and relax: share of the way to the conditions that was gone, 1 when complete
+    real(c_double) :: share
+    !> of solve and relax: relative residual of the last iteration
+    real(c_double) :: residual
+    !> of solve and relax: elastic energy at the end of a run that succeeded
+    real(c_double) :: elastic
+    !> of solve and relax: work of loads and constraints
+    real(c_double) :: external_work
+    !> given by the host: room for relative residuals, one an iteration, and how many numbers it has; NULL for none
+    type(c_ptr) :: residuals_or_null
+    !> see above
+    integer(c_int64_t) :: residual_capacity
+    !> how many residuals there are; the first residual_capacity are written
+    integer(c_int64_t) :: residual_count
+  end type perion_report
+
   !> How perion_simulation_advance chooses its steps; a member that is 0 stands for its default. Let
   !> perion_advance_options_init set struct_size.
   type, bind(c) :: perion_advance_options
@@ -226,23 +289,47 @@ module perion_c
     integer(c_int64_t) :: interval
   end type perion_advance_options
 
-  !> What a run has done. Let perion_report_init set struct_size.
-  type, bind(c) :: perion_report
+  !> How perion_simulation_solve looks for equilibrium; a member that is 0 stands for its default. Let
+  !> perion_solve_options_init set struct_size.
+  type, bind(c) :: perion_solve_options
     !> Bytes of the caller's struct.
     integer(c_int64_t) :: struct_size
-    !> steps completed
+    !> time at the end, along which tables and functions are asked; 0: the current time
+    real(c_double) :: time_end
+    !> forces out of balance over loads or reactions, whichever are larger (2-norms); default 1e-8
+    real(c_double) :: tolerance
+    !> load steps to begin with, equally long; cut where one fails, longer where they are easy; default 1
+    integer(c_int64_t) :: load_steps
+    !> share of the way that a load step has at least; default 1e-3
+    real(c_double) :: smallest_load_step
+    !> linear systems that a load step may take, each time bonds have broken; default 25
+    integer(c_int64_t) :: iterations
+    !> products of the stiffness that a linear system may take, each of one force; default 2000
+    integer(c_int64_t) :: products
+    !> how often bonds may break within a load step; default 200
+    integer(c_int64_t) :: breaks
+    !> a method for linear systems
+    integer(c_int32_t) :: krylov
+    !> what they are preconditioned by
+    integer(c_int32_t) :: preconditioner
+  end type perion_solve_options
+
+  !> How perion_simulation_relax looks for equilibrium; a member that is 0 stands for its default. Let
+  !> perion_relax_options_init set struct_size.
+  type, bind(c) :: perion_relax_options
+    !> Bytes of the caller's struct.
+    integer(c_int64_t) :: struct_size
+    !> forces out of balance over loads or reactions, whichever are larger (2-norms); default 1e-6
+    real(c_double) :: tolerance
+    !> energy of the damped motion over the largest that it had; default 1e-9
+    real(c_double) :: energy_tolerance
+    !> steps that it may take, each time bonds have broken; default 100000
     integer(c_int64_t) :: steps
-    !> how often the stable step was found
-    integer(c_int64_t) :: estimates
-    !> the smallest time step, 0 when none was made
-    real(c_double) :: smallest_time_step
-    !> the largest time step
-    real(c_double) :: largest_time_step
-    !> the stable step as it was last found
-    real(c_double) :: stable_time_step
-    !> time of the last completed step
-    real(c_double) :: time
-  end type perion_report
+    !> steps over which prescribed displacements are applied; default 100
+    integer(c_int64_t) :: ramp
+    !> how often bonds may break; default 200
+    integer(c_int64_t) :: breaks
+  end type perion_relax_options
 
   !> The energy of a simulation, in units of energy. Let perion_energy_init set struct_size.
   type, bind(c) :: perion_energy
@@ -1268,6 +1355,14 @@ module perion_c
       integer(c_int32_t) :: perion_simulation_step_count
     end function perion_simulation_step_count
 
+    !> Clears the struct and sets its struct_size; struct_size: sizeof(perion_report) as the host was
+    !> compiled, so that it works with later libraries too. Since 0.1.
+    subroutine perion_report_init(report, struct_size) bind(c, name="perion_report_init")
+      import :: c_int64_t, perion_report
+      type(perion_report), intent(inout) :: report
+      integer(c_int64_t), value :: struct_size
+    end subroutine perion_report_init
+
     !> Clears the struct, which stands for all defaults, and sets its struct_size; struct_size:
     !> sizeof(perion_advance_options) as the host was compiled, so that it works with later libraries too. Since 0.1.
     subroutine perion_advance_options_init(advance_options, struct_size) &
@@ -1276,14 +1371,6 @@ module perion_c
       type(perion_advance_options), intent(inout) :: advance_options
       integer(c_int64_t), value :: struct_size
     end subroutine perion_advance_options_init
-
-    !> Clears the struct and sets its struct_size; struct_size: sizeof(perion_report) as the host was
-    !> compiled, so that it works with later libraries too. Since 0.1.
-    subroutine perion_report_init(report, struct_size) bind(c, name="perion_report_init")
-      import :: c_int64_t, perion_report
-      type(perion_report), intent(inout) :: report
-      integer(c_int64_t), value :: struct_size
-    end subroutine perion_report_init
 
     !> Makes velocity Verlet steps up to the time `until`, and lands on it exactly. Steps are a share of the stable step,
     !> which is found anew on the way; NULL options are the defaults. The report, unless NULL, tells what was done, also
@@ -1302,6 +1389,63 @@ module perion_c
       type(perion_report), optional, intent(inout) :: report_or_null
       integer(c_int32_t) :: perion_simulation_advance
     end function perion_simulation_advance
+
+    !> Clears the struct, which stands for all defaults, and sets its struct_size; struct_size:
+    !> sizeof(perion_solve_options) as the host was compiled, so that it works with later libraries too. Since 0.1.
+    subroutine perion_solve_options_init(solve_options, struct_size) &
+        bind(c, name="perion_solve_options_init")
+      import :: c_int64_t, perion_solve_options
+      type(perion_solve_options), intent(inout) :: solve_options
+      integer(c_int64_t), value :: struct_size
+    end subroutine perion_solve_options_init
+
+    !> Clears the struct, which stands for all defaults, and sets its struct_size; struct_size:
+    !> sizeof(perion_relax_options) as the host was compiled, so that it works with later libraries too. Since 0.1.
+    subroutine perion_relax_options_init(relax_options, struct_size) &
+        bind(c, name="perion_relax_options_init")
+      import :: c_int64_t, perion_relax_options
+      type(perion_relax_options), intent(inout) :: relax_options
+      integer(c_int64_t), value :: struct_size
+    end subroutine perion_relax_options_init
+
+    !> Finds the equilibrium under the conditions by Newton's method on the forces, going on from the last completed step.
+    !> Constants go linearly from what they were at the last equilibrium to what they are, tables and functions are asked
+    !> along the time to time_end. Bonds that an equilibrium would break are broken for good, and it is looked for again.
+    !> Each load step counts as a completed step, at which the body is at rest and materials remember. NULL options are the
+    !> defaults. The report, unless NULL, tells what was done, also of a run that failed on its way; it may bring room for
+    !> the residuals. The progress callback is told of each load step, with the total as it looks then.
+    !>
+    !> ERROR_ARGUMENT: an option out of range, struct_size not set. ERROR_STATE: a velocity is prescribed.
+    !> ERROR_CONVERGENCE: load steps were cut to the smallest without success; the text has reason and residuals.
+    !> ERROR_INTERRUPTED: a callback stopped. ERROR_MEMORY. A failure leaves the simulation as the last completed load step
+    !> left it. Since 0.1.
+    function perion_simulation_solve(simulation, solve_options_or_null, report_or_null) &
+        bind(c, name="perion_simulation_solve")
+      import :: c_int32_t, c_ptr, perion_report, perion_solve_options
+      type(c_ptr), value :: simulation
+      type(perion_solve_options), optional, intent(in) :: solve_options_or_null
+      type(perion_report), optional, intent(inout) :: report_or_null
+      integer(c_int32_t) :: perion_simulation_solve
+    end function perion_simulation_solve
+
+    !> Finds the equilibrium under the conditions at the current time by adaptive dynamic relaxation: a damped motion with
+    !> masses of its own, of one force a step, for bodies whose linear systems are hard to solve. Loads act at once,
+    !> displacements over the first steps. Bonds that the equilibrium would break are broken for good, and the body relaxes
+    !> again. The result counts as one completed step, at which the body is at rest; the time stands still. NULL options are
+    !> the defaults. The report, unless NULL, tells what was done, also of a run that failed; it may bring room for the
+    !> residuals.
+    !>
+    !> ERROR_ARGUMENT: an option out of range, struct_size not set. ERROR_STATE: a velocity is prescribed.
+    !> ERROR_CONVERGENCE: the steps did not lead there; the text has reason and residuals. ERROR_INTERRUPTED: a function
+    !> stopped. ERROR_MEMORY. A failure leaves the simulation as the last completed step left it. Since 0.1.
+    function perion_simulation_relax(simulation, relax_options_or_null, report_or_null) &
+        bind(c, name="perion_simulation_relax")
+      import :: c_int32_t, c_ptr, perion_relax_options, perion_report
+      type(c_ptr), value :: simulation
+      type(perion_relax_options), optional, intent(in) :: relax_options_or_null
+      type(perion_report), optional, intent(inout) :: report_or_null
+      integer(c_int32_t) :: perion_simulation_relax
+    end function perion_simulation_relax
 
     !> Clears the struct and sets its struct_size; struct_size: sizeof(perion_energy) as the host was
     !> compiled, so that it works with later libraries too. Since 0.1.

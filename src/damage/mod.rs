@@ -45,6 +45,17 @@ impl BondState {
         Ok(Self { intact, integrity: None, records })
     }
 
+    pub(crate) fn try_clone(&self) -> Result<Self> {
+        Ok(Self {
+            intact: memory::copied(&self.intact, PURPOSE)?,
+            integrity: match &self.integrity {
+                Some(values) => Some(memory::copied(values, PURPOSE)?),
+                None => None,
+            },
+            records: memory::copied(&self.records, "the memory of materials")?,
+        })
+    }
+
     /// Bits and integrities, where a law may stop the call that changes them.
     pub(crate) fn kept_for_a_stop(&self) -> Result<Option<Kept>> {
         if self.records.is_empty() {

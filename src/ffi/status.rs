@@ -45,6 +45,7 @@ pub(crate) fn status_of(error: &Error) -> perion_status {
         Error::Io(_) => PERION_ERROR_IO,
         Error::Format(_) => PERION_ERROR_FORMAT,
         Error::Numeric(_) => PERION_ERROR_NUMERIC,
+        Error::Convergence(_) => PERION_ERROR_CONVERGENCE,
         Error::Interrupted(_) => PERION_ERROR_INTERRUPTED,
         Error::Unsupported(_) => PERION_ERROR_UNSUPPORTED,
         Error::Internal(_) => PERION_ERROR_INTERNAL,

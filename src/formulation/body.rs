@@ -56,7 +56,7 @@ impl<T> ByModel<T> {
 /// is corrected.
 pub(crate) struct Weights {
     influence: ByModel<Influence>,
-    pub(super) horizons: Property,
+    pub(crate) horizons: Property,
     /// Correction of each lane, both ends alike.
     pub(super) correction: Option<Vec<f64>>,
     dimension: usize,
@@ -82,7 +82,7 @@ impl Weights {
 
     /// omega of a point's family at a length; in the rim of the horizon that at the horizon.
     #[inline(always)]
-    fn value(&self, point: usize, length: f64) -> f64 {
+    pub(crate) fn value(&self, point: usize, length: f64) -> f64 {
         let horizon = self.horizons.at(point);
         self.influence.at(point).value(self.dimension, length.min(horizon), horizon)
     }

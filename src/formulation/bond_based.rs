@@ -298,6 +298,10 @@ impl Formulation for BondBased {
         &self.weights
     }
 
+    fn spring_shape(&self, _: usize, length: f64) -> f64 {
+        length.recip()
+    }
+
     fn has_potential(&self) -> bool {
         true
     }

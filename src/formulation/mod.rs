@@ -227,6 +227,11 @@ pub(crate) trait Formulation: Send + Sync {
     /// How much bonds count in a family.
     fn weights(&self) -> &Weights;
 
+    /// How stiff a bond of this length is among those of its point, to a factor: for preconditioners.
+    fn spring_shape(&self, point: usize, length: f64) -> f64 {
+        self.weights().value(point, length)
+    }
+
     /// Whether forces are the slope of an energy.
     fn has_potential(&self) -> bool;
 

@@ -99,7 +99,7 @@ impl Simulation {
         Ok(Energy { kinetic, elastic, dissipated, plastic, external_work: work, closure_error })
     }
 
-    fn kinetic(&self) -> Result<f64> {
+    pub(super) fn kinetic(&self) -> Result<f64> {
         let plan = &self.built()?.plan;
         let dimension = plan.dimension;
         self.sum_over_points(|point| {

@@ -64,6 +64,7 @@ impl Simulation {
 
     /// Asks the loads at the current time, and sums up the acceleration.
     fn refresh_loads(&mut self) -> Result<()> {
+        self.spread_tractions()?;
         let Self { state, conditions, built, points, .. } = self;
         let Some(Built { workers, plan, .. }) = built.get_mut() else { return Ok(()) };
         let dimension = plan.dimension;

@@ -10,8 +10,12 @@ mod fields;
 mod files;
 mod kinematics;
 mod operators;
+mod relax;
 mod setup;
+mod solve;
 mod stable_step;
+mod statics;
+mod traction;
 mod values;
 
 use std::sync::{Mutex, OnceLock};
@@ -32,7 +36,10 @@ pub use balance::{Energy, Health, Memory, PointReport};
 pub(crate) use drive::stopped;
 pub use drive::{Progress, Stepping};
 pub use fields::Field;
+pub use relax::RelaxOptions;
 use setup::{BondRequest, Built};
+pub use solve::{SolveOptions, Solving};
+pub use statics::StaticsReport;
 
 /// How much a message to the host's log matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,6 +85,8 @@ pub struct Simulation {
     /// Held while the families are built, since calls that only read may come at once.
     building: Mutex<()>,
     conditions: Conditions,
+    /// Areas of the surface along sets, as the host gave them.
+    areas: Vec<(String, Vec<f64>)>,
     state: State,
     series: Mutex<Series>,
     log: Option<Log>,
@@ -106,6 +115,7 @@ impl Simulation {
             built: OnceLock::new(),
             building: Mutex::new(()),
             conditions: Conditions::default(),
+            areas: Vec::new(),
             series: Mutex::new(Series::default()),
             log: None,
         })
@@ -286,7 +296,7 @@ impl Simulation {
         source: Source,
     ) -> Result<()> {
         Conditions::check(&self.points, set, axis, &source)?;
-        if quantity == Quantity::BodyForce {
+        if quantity.is_load() {
             self.state.make_room_for_loads()?;
         }
         self.conditions.prescribe(&self.points, set, quantity, axis, source)?;

@@ -74,6 +74,29 @@ impl Workers {
         });
     }
 
+    /// Calls `leaf` for each `size` values and the number of the first of them.
+    pub(crate) fn share<T: Send>(
+        &self,
+        values: &mut [T],
+        size: usize,
+        leaf: impl Fn(usize, &mut [T]) + Sync,
+    ) {
+        let alone = self.pool.threads() == 1 || values.len() <= size;
+        let parts = Mutex::new(values.chunks_mut(size).enumerate());
+        let work = || {
+            loop {
+                let next = parts.lock().unwrap_or_else(|poison| poison.into_inner()).next();
+                let Some((number, part)) = next else { return };
+                leaf(number * size, part);
+            }
+        };
+        if alone {
+            work();
+        } else {
+            self.pool.run(&work);
+        }
+    }
+
     /// The sum of `term` over all points, the same bits for any number of threads.
     pub(crate) fn sum(
         &self,

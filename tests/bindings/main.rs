@@ -37,7 +37,9 @@ const SOURCES: &[&str] = &[
     "simulation/operators.rs",
     "simulation/views.rs",
     "simulation/drive.rs",
+    "simulation/report.rs",
     "simulation/advance.rs",
+    "simulation/statics.rs",
     "simulation/balance.rs",
     "simulation/files.rs",
 ];

@@ -19,6 +19,7 @@ void bad_setup(void);
 void bad_conditions(void);
 void bad_fields(void);
 void bad_drive(void);
+void bad_statics(void);
 void bad_views(void);
 
 /* Text of 5000 bytes, of 256 bytes, and not UTF-8. */

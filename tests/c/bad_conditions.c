@@ -58,14 +58,14 @@ static void refuse_all(snapshot state_of, perion_simulation *simulation, perion_
 
 static void sets_quantities_and_axes_exist(snapshot state_of, perion_simulation *simulation)
 {
-    static const perion_quantity quantities[] = {0, 4, -1, INT32_MAX, INT32_MIN};
+    static const perion_quantity quantities[] = {0, 5, -1, INT32_MAX, INT32_MIN};
     static const int32_t axes[] = {3, -1, INT32_MAX, INT32_MIN};
     static const perion_quantity known[] = {PERION_QUANTITY_DISPLACEMENT, PERION_QUANTITY_VELOCITY,
-                                            PERION_QUANTITY_BODY_FORCE};
+                                            PERION_QUANTITY_BODY_FORCE, PERION_QUANTITY_TRACTION};
 
     for (size_t k = 0; k < sizeof quantities / sizeof quantities[0]; ++k)
         refuse_all(state_of, simulation, ARGUMENT, "quantity", "left", quantities[k], 0);
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < 4; ++k) {
         for (size_t axis = 0; axis < sizeof axes / sizeof axes[0]; ++axis)
             refuse_all(state_of, simulation, ARGUMENT, "axis", "left", known[k], axes[axis]);
         refuse_all(state_of, simulation, NULLED, "set", NULL, known[k], 0);
@@ -152,20 +152,47 @@ static void what_was_not_prescribed_cannot_be_released(snapshot state_of,
 {
     scene_state state = state_of(simulation);
 
-    for (perion_quantity quantity = 1; quantity <= 3; ++quantity)
+    for (perion_quantity quantity = 1; quantity <= 4; ++quantity)
         REFUSE(ARGUMENT, "set", perion_simulation_release(simulation, "left", quantity, 0));
+    scene_state_free(&state);
+}
+
+static void areas_are_positive_and_one_a_point(snapshot state_of, perion_simulation *simulation)
+{
+    static const double bad[] = {0.0, -1.0, NAN, INFINITY};
+    double areas[SCENE_LAYER];
+    scene_state state = state_of(simulation);
+
+    for (int k = 0; k < SCENE_LAYER; ++k)
+        areas[k] = 1.0;
+    REFUSE(ARGUMENT, "count", perion_simulation_set_surface_areas(simulation, "left", -1, areas));
+    REFUSE(ARGUMENT, "32",
+           perion_simulation_set_surface_areas(simulation, "left", SCENE_LAYER - 1, areas));
+    REFUSE(ARGUMENT, "set",
+           perion_simulation_set_surface_areas(simulation, "middle", SCENE_LAYER, areas));
+    REFUSE(NULLED, "set", perion_simulation_set_surface_areas(simulation, NULL, SCENE_LAYER, areas));
+    REFUSE(NULLED, "areas",
+           perion_simulation_set_surface_areas(simulation, "left", SCENE_LAYER, NULL));
+    REFUSE(NULLED, "simulation",
+           perion_simulation_set_surface_areas(NULL, "left", SCENE_LAYER, areas));
+    for (int k = 0; k < 4; ++k) {
+        areas[7] = bad[k];
+        REFUSE(ARGUMENT, "'areas'[7]",
+               perion_simulation_set_surface_areas(simulation, "left", SCENE_LAYER, areas));
+    }
     scene_state_free(&state);
 }
 
 static void refuse_everything(snapshot state_of, perion_simulation *simulation)
 {
     sets_quantities_and_axes_exist(state_of, simulation);
-    for (perion_quantity quantity = 1; quantity <= 3; ++quantity) {
+    for (perion_quantity quantity = 1; quantity <= 4; ++quantity) {
         values_are_finite(state_of, simulation, quantity);
         tables_increase(state_of, simulation, quantity);
         values_are_as_many_as_points(state_of, simulation, quantity);
     }
     what_was_not_prescribed_cannot_be_released(state_of, simulation);
+    areas_are_positive_and_one_a_point(state_of, simulation);
 }
 
 void bad_conditions(void)

@@ -140,6 +140,25 @@ static perion_status advance(perion_simulation *simulation)
     return status == PERION_OK ? perion_simulation_advance(simulation, time + scene_time_step, NULL, NULL) : status;
 }
 
+static perion_status solve(perion_simulation *simulation)
+{
+    return perion_simulation_solve(simulation, NULL, NULL);
+}
+
+static perion_status relax(perion_simulation *simulation)
+{
+    return perion_simulation_relax(simulation, NULL, NULL);
+}
+
+static perion_status set_surface_areas(perion_simulation *simulation)
+{
+    double areas[SCENE_LAYER];
+
+    for (int k = 0; k < SCENE_LAYER; ++k)
+        areas[k] = 1.0;
+    return perion_simulation_set_surface_areas(simulation, "left", SCENE_LAYER, areas);
+}
+
 static perion_status set_time(perion_simulation *simulation)
 {
     return perion_simulation_set_time(simulation, 0.0);
@@ -175,6 +194,9 @@ const scene_call changing_calls[] = {
     {"stable_time_step", stable_time_step},
     {"step", step},
     {"advance", advance},
+    {"solve", solve},
+    {"relax", relax},
+    {"set_surface_areas", set_surface_areas},
     {"set_time", set_time},
     {"set_log", set_log},
     {"set_progress", set_progress},

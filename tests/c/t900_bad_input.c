@@ -30,6 +30,7 @@ int main(void)
     bad_conditions();
     bad_fields();
     bad_drive();
+    bad_statics();
     bad_views();
     EXPECT(harness_refusals() >= 400);
     return harness_end();

@@ -34,6 +34,7 @@ const PARTS: &[(&str, &[&str])] = &[(
         "bad_conditions.c",
         "bad_fields.c",
         "bad_drive.c",
+        "bad_statics.c",
         "bad_views.c",
     ],
 )];
@@ -56,6 +57,7 @@ programs! {
     conditions_hold_their_sets, "t500_conditions";
     fields_and_views_are_copies_and_the_memory_itself, "t600_fields";
     steps_are_made_told_of_and_accounted_for, "t700_drive";
+    bodies_come_to_rest_under_loads, "t720_statics";
     files_are_written_as_a_whole_or_not_at_all, "t800_files";
     every_bad_input_is_refused_and_changes_nothing, "t900_bad_input";
     callbacks_that_misbehave_do_no_harm, "t910_callbacks";

@@ -15,6 +15,7 @@ program fortran_tests
   use points_tests, only: test_points
   use raw_tests, only: test_raw
   use setup_tests, only: test_setup
+  use statics_tests, only: test_statics
   use testing, only: finish, temporary_directory
   use version_tests, only: test_version
   use views_tests, only: test_views
@@ -40,6 +41,7 @@ program fortran_tests
   call test_fields()
   call test_views()
   call test_drive()
+  call test_statics()
   call test_balance()
   call test_files()
   call test_callbacks()

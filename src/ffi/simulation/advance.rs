@@ -1,6 +1,7 @@
 //! Advancing to a time in C.
 
 use super::drive::run;
+use super::report::{HostReport, perion_report};
 use super::setup::perion_simulation;
 use crate::error::argument;
 use crate::ffi::guard::{Failure, guard};
@@ -26,31 +27,8 @@ pub struct perion_advance_options {
     pub interval: i64,
 }
 
-/// What a run has done. Let perion_report_init set struct_size.
-#[repr(C)]
-#[allow(non_camel_case_types)]
-#[derive(Clone, Copy)]
-pub struct perion_report {
-    /// Bytes of the caller's struct.
-    pub struct_size: i64,
-    /// steps completed
-    pub steps: i64,
-    /// how often the stable step was found
-    pub estimates: i64,
-    /// the smallest time step, 0 when none was made
-    pub smallest_time_step: f64,
-    /// the largest time step
-    pub largest_time_step: f64,
-    /// the stable step as it was last found
-    pub stable_time_step: f64,
-    /// time of the last completed step
-    pub time: f64,
-}
-
 // SAFETY: plain numbers behind struct_size.
 unsafe impl Sized64 for perion_advance_options {}
-// SAFETY: as above.
-unsafe impl Sized64 for perion_report {}
 
 /// Clears the struct, which stands for all defaults, and sets its struct_size; struct_size:
 /// sizeof(perion_advance_options) as the host was compiled, so that it works with later libraries too. Since 0.1.
@@ -61,14 +39,6 @@ pub unsafe extern "C" fn perion_advance_options_init(
 ) {
     // SAFETY: the header's contract.
     unsafe { sized::init(advance_options, struct_size) }
-}
-
-/// Clears the struct and sets its struct_size; struct_size: sizeof(perion_report) as the host was
-/// compiled, so that it works with later libraries too. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn perion_report_init(report: *mut perion_report, struct_size: i64) {
-    // SAFETY: the header's contract.
-    unsafe { sized::init(report, struct_size) }
 }
 
 /// Makes velocity Verlet steps up to the time `until`, and lands on it exactly. Steps are a share of the stable step,
@@ -89,10 +59,8 @@ pub unsafe extern "C" fn perion_simulation_advance(
     guard("perion_simulation_advance", || {
         // SAFETY: the header's contract.
         let options = unsafe { options(advance_options_or_null) }?;
-        if !report_or_null.is_null() {
-            // SAFETY: as above.
-            unsafe { sized::size_of_host(report_or_null, "report") }?;
-        }
+        // SAFETY: as above.
+        let host = unsafe { HostReport::of(report_or_null) }?;
         // SAFETY: as above.
         let mut session = unsafe { Session::begin(simulation) }?;
         let mut advancing =
@@ -100,10 +68,8 @@ pub unsafe extern "C" fn perion_simulation_advance(
         let done = run(&mut session, |simulation, single| {
             simulation.continue_advancing(&mut advancing, single)
         });
-        if !report_or_null.is_null() {
-            // SAFETY: as above.
-            unsafe { sized::write(report_or_null, &report(&advancing.report()), "report") }?;
-        }
+        // SAFETY: as above.
+        unsafe { host.tell(|told| fill(told, &advancing.report())) }?;
         done
     })
 }
@@ -139,14 +105,11 @@ unsafe fn options(
     Ok(options)
 }
 
-fn report(report: &Report) -> perion_report {
-    perion_report {
-        struct_size: 0,
-        steps: report.steps as i64,
-        estimates: report.estimates as i64,
-        smallest_time_step: report.smallest_time_step,
-        largest_time_step: report.largest_time_step,
-        stable_time_step: report.stable_time_step,
-        time: report.time,
-    }
+fn fill(told: &mut perion_report, report: &Report) {
+    told.steps = report.steps as i64;
+    told.estimates = report.estimates as i64;
+    told.smallest_time_step = report.smallest_time_step;
+    told.largest_time_step = report.largest_time_step;
+    told.stable_time_step = report.stable_time_step;
+    told.time = report.time;
 }

@@ -19,6 +19,8 @@ pub const PERION_QUANTITY_DISPLACEMENT: perion_quantity = 1;
 pub const PERION_QUANTITY_VELOCITY: perion_quantity = 2;
 /// Force per reference volume.
 pub const PERION_QUANTITY_BODY_FORCE: perion_quantity = 3;
+/// Force per reference area of the surface along a set of points, the outermost layer; a dead load.
+pub const PERION_QUANTITY_TRACTION: perion_quantity = 4;
 
 /// A function that the host prescribes: fills values[count] at `time` for the points of its set, whose
 /// reference positions [count][dimension] come in the set's order. Runs on the calling thread, with the
@@ -40,15 +42,17 @@ fn quantity_of(quantity: perion_quantity) -> Result<Quantity, Failure> {
         PERION_QUANTITY_DISPLACEMENT => Ok(Quantity::Displacement),
         PERION_QUANTITY_VELOCITY => Ok(Quantity::Velocity),
         PERION_QUANTITY_BODY_FORCE => Ok(Quantity::BodyForce),
+        PERION_QUANTITY_TRACTION => Ok(Quantity::Traction),
         _ => Ok(argument(format!(
-            "'quantity' is {quantity}; it must be one of the PERION_QUANTITY_ constants, 1 to 3"
+            "'quantity' is {quantity}; it must be one of the PERION_QUANTITY_ constants, 1 to 4"
         ))?),
     }
 }
 
 /// Prescribes a constant on a set along an axis (from 0), from the next step on. Per point and axis the
-/// last displacement or velocity wins and replaces the other for good; body forces of different sets
-/// add, the same set and axis replaces. A displacement is where the point is put at once at the end of
+/// last displacement or velocity wins and replaces the other for good; body forces and tractions of different
+/// sets add, the same set and axis replaces. A traction acts on the layers below its set, see
+/// perion_simulation_set_surface_areas. A displacement is where the point is put at once at the end of
 /// the next step: ramp it by a table for smooth loading.
 ///
 /// ERROR_ARGUMENT: unknown set or quantity, axis out of range, value not finite. Since 0.1.
@@ -179,6 +183,31 @@ pub unsafe extern "C" fn perion_simulation_release(
         unsafe {
             let set = text(set, "set")?;
             change(simulation, |simulation| Ok(simulation.release(set, quantity, axis)?))
+        }
+    })
+}
+
+/// Gives the areas of the surface along a set, one a point of the set, in its order: a traction then makes a force of a
+/// point's area times its value, spread over the layers below the point that a stress up to the surface would pull on.
+/// Without areas they are estimated, well on lattices; give them for clouds without order and for bodies thinner than
+/// four horizons. areas: [count], copied.
+///
+/// ERROR_ARGUMENT: unknown set, count is not the set's size, an area not positive and finite. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn perion_simulation_set_surface_areas(
+    simulation: *mut perion_simulation,
+    set: *const c_char,
+    count: i64,
+    areas: *const f64,
+) -> perion_status {
+    guard("perion_simulation_set_surface_areas", || {
+        // SAFETY: the header's contract.
+        unsafe {
+            let set = text(set, "set")?;
+            change(simulation, |simulation| {
+                simulation.points().check_set_size(set, convert(count, "count")?)?;
+                Ok(simulation.set_surface_areas(set, slice(areas, count, "areas")?)?)
+            })
         }
     })
 }

@@ -8,5 +8,7 @@ pub mod drive;
 pub mod fields;
 pub mod files;
 pub mod operators;
+pub mod report;
 pub mod setup;
+pub mod statics;
 pub mod views;

@@ -3,9 +3,11 @@
 use super::{NOT_FINITE, PURPOSE};
 use crate::damage::BondState;
 use crate::error::{Error, Result};
+use crate::families::Property;
 use crate::memory;
 use crate::plan::Plan;
-use crate::workers::{PerPoint, Workers, block_count};
+use crate::solver::space::{Space, largest};
+use crate::workers::{PerPoint, Workers};
 
 /// Differences move points by this share of the shortest bond.
 const MOVE: f64 = 1e-6;
@@ -16,15 +18,17 @@ const AT_DAMAGE: f64 = 0.3;
 
 /// A v = -(b(u + h v) - b(u))/(h rho): bonds as they are, and nothing flows.
 pub(super) struct Linearised<'a> {
-    plan: &'a Plan,
+    pub(super) plan: &'a Plan,
     workers: &'a Workers,
     bonds: &'a BondState,
     displacement: &'a [f64],
     scratch: &'a mut [f64],
+    /// Mass per volume.
+    density: &'a Property,
     shortest: f64,
     base: Vec<f64>,
     moved: Vec<f64>,
-    partial: Vec<f64>,
+    space: Space<'a>,
 }
 
 impl<'a> Linearised<'a> {
@@ -34,19 +38,20 @@ impl<'a> Linearised<'a> {
         bonds: &'a BondState,
         displacement: &'a [f64],
         scratch: &'a mut [f64],
+        density: &'a Property,
     ) -> Result<Self> {
-        let bonds_of = |point: usize| plan.families.bonds(point).map(|bond| bond.length);
-        let shortest = (0..plan.count()).flat_map(bonds_of).fold(f64::INFINITY, f64::min);
+        let shortest = plan.shortest_bond();
         let mut operator = Self {
             plan,
             workers,
             bonds,
             displacement,
             scratch,
+            density,
             shortest,
             base: memory::filled(0.0, displacement.len(), PURPOSE)?,
             moved: memory::copied(displacement, PURPOSE)?,
-            partial: memory::filled(0.0, block_count(plan.count()), PURPOSE)?,
+            space: Space::new(workers, plan.count(), plan.dimension, PURPOSE)?,
         };
         let mut base = std::mem::take(&mut operator.base);
         operator.force(&mut base)?;
@@ -69,14 +74,9 @@ impl<'a> Linearised<'a> {
 
     /// v^T M w, over the mass of the first point: then units that are powers of two change no bit.
     pub(super) fn dot(&mut self, v: &[f64], w: &[f64]) -> f64 {
-        let (plan, dimension) = (self.plan, self.plan.dimension);
-        let unit = plan.density.at(0) * plan.places()[0][3];
-        let sum = self.workers.sum(plan.count(), &mut self.partial, |point| {
-            let own = point * dimension..(point + 1) * dimension;
-            let product: f64 = v[own.clone()].iter().zip(&w[own]).map(|(v, w)| v * w).sum();
-            plan.density.at(point) * plan.places()[point][3] * product
-        });
-        sum / unit
+        let (plan, density) = (self.plan, self.density);
+        let mass = |point: usize| density.at(point) * plan.places()[point][3];
+        self.space.weighted_dot(v, w, mass) / mass(0)
     }
 
     /// Makes v of size 1, if it has any.
@@ -89,16 +89,12 @@ impl<'a> Linearised<'a> {
 
     /// v = own v + factor w
     pub(super) fn combine(&self, v: &mut [f64], own: f64, factor: f64, w: &[f64]) {
-        let dimension = self.plan.dimension;
-        self.workers.sweep(self.plan.count(), PerPoint(v, dimension), |range, v| {
-            let w = &w[range.start * dimension..range.end * dimension];
-            v.0.iter_mut().zip(w).for_each(|(v, w)| *v = own * *v + factor * w);
-        });
+        self.space.combine(v, own, factor, w);
     }
 
     /// A v
     pub(super) fn multiply(&mut self, v: &[f64], product: &mut [f64]) -> Result<()> {
-        let reach = v.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let reach = largest(v);
         let step = MOVE * self.shortest / reach;
         if !step.is_finite() {
             product.fill(0.0);
@@ -109,11 +105,11 @@ impl<'a> Linearised<'a> {
         self.combine(&mut moved, 1.0, step, v);
         self.moved = moved;
         self.force(product)?;
-        let (plan, base) = (self.plan, &self.base);
+        let (plan, base, density) = (self.plan, &self.base, self.density);
         let dimension = plan.dimension;
         self.workers.sweep(plan.count(), PerPoint(product, dimension), |range, product| {
             for (place, point) in range.clone().enumerate() {
-                let scale = -1.0 / (step * plan.density.at(point));
+                let scale = -1.0 / (step * density.at(point));
                 for axis in 0..dimension {
                     let value = &mut product.0[place * dimension + axis];
                     *value = (*value - base[point * dimension + axis]) * scale;

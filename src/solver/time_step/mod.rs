@@ -11,6 +11,7 @@ mod linearised;
 
 use crate::damage::BondState;
 use crate::error::{Error, Result};
+use crate::families::Property;
 use crate::plan::Plan;
 use crate::workers::Workers;
 use linearised::Linearised;
@@ -81,16 +82,9 @@ impl StableStep {
         scratch: &mut [f64],
         (before, steps): (Option<&Self>, u64),
     ) -> Result<Self> {
-        let mut operator = Linearised::new(plan, workers, bonds, displacement, scratch)?;
+        let mut operator =
+            Linearised::new(plan, workers, bonds, displacement, scratch, &plan.density)?;
         let is_guaranteed = plan.formulation.has_potential();
-        let search = |operator: &mut Linearised<'_>, mode: Option<&[f64]>, products| {
-            let start = operator.start(mode)?;
-            if is_guaranteed {
-                ascent::top(operator, start, products)
-            } else {
-                arnoldi::top(operator, start, products)
-            }
-        };
         let again = match before {
             Some(before) => Some(search(&mut operator, Some(&before.mode), FORCES_AGAIN - 1)?),
             None => None,
@@ -129,6 +123,30 @@ impl StableStep {
     pub(crate) fn bytes(&self) -> usize {
         crate::memory::bytes(&self.mode)
     }
+}
+
+/// The largest eigenvalue by so many products, from a mode that is known or from the beginning.
+fn search(operator: &mut Linearised<'_>, mode: Option<&[f64]>, products: usize) -> Result<Top> {
+    let start = operator.start(mode)?;
+    if operator.plan.formulation.has_potential() {
+        ascent::top(operator, start, products)
+    } else {
+        arnoldi::top(operator, start, products)
+    }
+}
+
+/// A bound of the largest eigenvalue of the forces' slope where points have another density than the body's.
+pub(crate) fn largest_eigenvalue(
+    plan: &Plan,
+    workers: &Workers,
+    (bonds, displacement): (&BondState, &[f64]),
+    scratch: &mut [f64],
+    density: &Property,
+    products: usize,
+) -> Result<f64> {
+    let mut operator = Linearised::new(plan, workers, bonds, displacement, scratch, density)?;
+    let top = search(&mut operator, None, products)?;
+    Ok(top.size() + top.residual)
 }
 
 fn intact(bonds: &BondState) -> u64 {

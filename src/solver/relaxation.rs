@@ -1,0 +1,175 @@
+//! Adaptive dynamic relaxation (Kilic and Madenci 2010): motions of another mass, damped so that they die away.
+//!
+//! Masses follow the stiffness of each point, scaled by the largest eigenvalue of the forces as they are, so that a
+//! pseudo time step of 1 is stable in every formulation. Damping follows the frequency that the motion shows.
+
+use super::balance::{Balance, PURPOSE, Stop, Trial};
+use super::newton_krylov::{Ended, Reason};
+use super::space::largest;
+use super::time_step::largest_eigenvalue;
+use crate::error::Result;
+use crate::families::Property;
+use crate::memory;
+
+/// Products by which the largest eigenvalue is found.
+const PRODUCTS: usize = 25;
+
+/// What is kept below the limit of stability, for stiffness that grows on the way.
+const MARGIN: f64 = 1.1;
+
+/// A mass is at least this share of the mean, so that what hardly has bonds does not fly.
+const LEAST: f64 = 1e-3;
+
+/// Damping stays below critical damping of the fastest motion.
+const MOST_DAMPING: f64 = 1.9;
+
+/// A residual so many times the first is a run that diverges: masses are doubled, so often at most.
+const DIVERGED: f64 = 1e4;
+const DOUBLINGS: usize = 6;
+
+/// When relaxation ends.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Goal {
+    /// Residual over loads or reactions.
+    pub(crate) tolerance: f64,
+    /// Energy of the motion over the largest that it had.
+    pub(crate) energy_tolerance: f64,
+    pub(crate) steps: usize,
+    /// Steps over which what is held is moved.
+    pub(crate) ramp: usize,
+}
+
+/// What has been seen, step by step.
+pub(crate) struct Seen<'a> {
+    /// Size of loads and reactions before and after.
+    pub(crate) forces: f64,
+    pub(crate) residuals: &'a mut Vec<f64>,
+    /// Energy of the motion over the largest that it had.
+    pub(crate) energies: &'a mut Vec<f64>,
+}
+
+/// Moves `displacement` to equilibrium; its held components by `push`, if any.
+pub(crate) fn relax(
+    balance: &mut Balance<'_>,
+    goal: &Goal,
+    (displacement, push): (&mut [f64], Option<&[f64]>),
+    seen: &mut Seen<'_>,
+) -> Result<Ended> {
+    let start = memory::copied(displacement, PURPOSE)?;
+    let mut masses = masses(balance, displacement)?;
+    for _ in 0..=DOUBLINGS {
+        displacement.copy_from_slice(&start);
+        match run(balance, goal, (displacement, push), &masses, seen) {
+            Ok(Some(ended)) => return Ok(ended),
+            Ok(None) | Err(Stop::NotFinite(_)) => {}
+            Err(Stop::Error(error)) => return Err(error),
+        }
+        masses.iter_mut().for_each(|mass| *mass *= 2.0);
+    }
+    Ok(Ended::Failed(Reason::Diverged))
+}
+
+/// A mass for each point at which a time step of 1 is stable.
+fn masses(balance: &mut Balance<'_>, displacement: &[f64]) -> Result<Vec<f64>> {
+    let (plan, workers) = (balance.plan, balance.space.workers);
+    let mut own = memory::filled(0.0, plan.count(), PURPOSE)?;
+    plan.formulation
+        .conventional_stiffness(&plan.scene(workers, balance.bonds, displacement), &mut own);
+    let mean = own.iter().sum::<f64>() / own.len() as f64;
+    own.iter_mut().for_each(|mass| *mass = mass.max(LEAST * mean));
+    let density = Property::PerPoint(own);
+    let state = (balance.bonds, displacement);
+    let scratch = &mut *balance.scratch;
+    let found = largest_eigenvalue(plan, workers, state, scratch, &density, PRODUCTS)?;
+    balance.evaluations += PRODUCTS as u64 + 1;
+    let Property::PerPoint(mut masses) = density else { return Ok(Vec::new()) };
+    for (mass, place) in masses.iter_mut().zip(plan.places()) {
+        *mass *= MARGIN * 0.25 * found * place[3];
+    }
+    Ok(masses)
+}
+
+/// Until the goal; `None` for a run that diverges.
+fn run(
+    balance: &mut Balance<'_>,
+    goal: &Goal,
+    (displacement, push): (&mut [f64], Option<&[f64]>),
+    masses: &[f64],
+    seen: &mut Seen<'_>,
+) -> Trial<Option<Ended>> {
+    let dimension = balance.plan.dimension;
+    let start = memory::copied(displacement, PURPOSE)?;
+    let mut velocity = balance.space.empty()?;
+    let mut residual = balance.space.empty()?;
+    let mut before = balance.space.empty()?;
+    let (mut first, mut most) = (0.0_f64, 0.0_f64);
+    for step in 0..=goal.steps {
+        let ramped = push.is_none() || step >= goal.ramp;
+        if let Some(push) = push
+            && (step < goal.ramp || goal.ramp == 0 && step == 0)
+        {
+            let share = 1.0 / goal.ramp.max(1) as f64;
+            balance.space.combine(displacement, 1.0, share, push);
+        }
+        std::mem::swap(&mut residual, &mut before);
+        let reaction = balance.residual(displacement, &mut residual)?;
+        let size = balance.space.norm(&residual);
+        let whole = seen.forces.max(reaction);
+        let relative = if size == 0.0 { 0.0 } else { size / whole };
+        let kinetic = 0.5 * balance.space.weighted_dot(&velocity, &velocity, |point| masses[point]);
+        most = most.max(kinetic);
+        let energy = if kinetic == 0.0 { 0.0 } else { kinetic / most };
+        memory::push(seen.residuals, relative, PURPOSE)?;
+        memory::push(seen.energies, energy, PURPOSE)?;
+        if ramped && relative <= goal.tolerance && energy <= goal.energy_tolerance {
+            return Ok(Some(Ended::Converged { iterations: step }));
+        }
+        first = first.max(if step <= goal.ramp { size } else { 0.0 });
+        if !size.is_finite() || size > DIVERGED * first.max(whole) {
+            return Ok(None);
+        }
+        let damping = if step == 0 {
+            0.0
+        } else {
+            let moved = displacement.iter().zip(&start).map(|(is, was)| is - was);
+            damping(moved, [&residual, &before], &velocity, masses, dimension)
+        };
+        let (kept, share) = if step == 0 {
+            (0.0, 0.5)
+        } else {
+            ((2.0 - damping) / (2.0 + damping), 2.0 / (2.0 + damping))
+        };
+        for (component, velocity) in velocity.iter_mut().enumerate() {
+            *velocity =
+                kept * *velocity + share * residual[component] / masses[component / dimension];
+        }
+        balance.space.combine(displacement, 1.0, 1.0, &velocity);
+        if !largest(displacement).is_finite() {
+            return Ok(None);
+        }
+    }
+    Ok(Some(Ended::Failed(Reason::TooMany)))
+}
+
+/// Twice the frequency that Rayleigh's quotient of what has moved shows, with the stiffness that each component had in
+/// the last step.
+fn damping(
+    moved: impl Iterator<Item = f64>,
+    [residual, before]: [&[f64]; 2],
+    velocity: &[f64],
+    masses: &[f64],
+    dimension: usize,
+) -> f64 {
+    let (mut above, mut below) = (0.0, 0.0);
+    for (component, moved) in moved.enumerate() {
+        let mass = masses[component / dimension];
+        if velocity[component] != 0.0 {
+            let stiffness =
+                (before[component] - residual[component]) / (mass * velocity[component]);
+            above += moved * moved * stiffness;
+        }
+        below += moved * moved;
+    }
+    let squared: f64 = above / below;
+    if squared > 0.0 { (2.0 * squared.sqrt()).min(MOST_DAMPING) } else { 0.0 }
+}

@@ -1,0 +1,7 @@
+//! Equilibria: what is solved and relaxed, against solutions that are known.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(clippy::disallowed_methods, clippy::disallowed_macros)]
+
+mod bars;
+mod surface;
+mod traction_bar;
