@@ -199,7 +199,8 @@ fn points_that_fall_together_do_not_pull_on_each_other() {
             simulation.get(Field::InternalForce).unwrap()
         });
         let distance = distance(&one_by_one, &lattice);
-        assert!(distance < 1e-12, "{formulation}: {distance}");
+        // Bond by bond l^2 is L^2 and a difference, which has fewer digits where nothing is left of l.
+        assert!(distance < 1e-10, "{formulation}: {distance}");
     }
 }
 
