@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use perion::{Field, Model, Points, Simulation};
+use perion::{Field, Model, Points, Quantity, Simulation, Skips};
 
 /// Edge of a point's cell, in metres.
 pub const SPACING: f64 = 1e-3;
@@ -109,8 +109,40 @@ pub fn simulation(
 ) -> perion::Result<Simulation> {
     let mut simulation = Simulation::new(points, &model(formulation, breaks)?)?;
     simulation.set_threads(threads)?;
+    // Bonds are so far from breaking that no stretch would be looked at.
+    simulation.set_skips(Skips { stretch_tests: false, ..Skips::default() })?;
     simulation.set(Field::Displacement, &shaken(points.count()))?;
     Ok(simulation)
+}
+
+/// The plate of the example `branching`, 200 x 80 x 8 points, pulled apart at its edges from a crack on; whether the crack
+/// grows, and a time step that is stable for it.
+pub fn branching(grows: bool, threads: usize) -> perion::Result<(Simulation, f64)> {
+    let (length, height, depth, spacing) = (0.1, 0.04, 0.004, 5e-4);
+    let (lower, upper) = ([0.0, -height / 2.0, 0.0], [length, height / 2.0, depth]);
+    let mut points = Points::block(3, &lower, &upper, spacing)?;
+    points.add_set_box("top", &[0.0, height / 2.0 - spacing, 0.0], &upper)?;
+    points.add_set_box("bottom", &lower, &[length, spacing - height / 2.0, depth])?;
+    let mut glass = Model::new("bond_based")?;
+    glass.set("youngs_modulus", YOUNGS_MODULUS)?;
+    glass.set("density", DENSITY)?;
+    glass.set("horizon", 3.015 * spacing)?;
+    if grows {
+        glass.set("critical_energy_release_rate", 0.75)?;
+    }
+    let mut simulation = Simulation::new(&points, &glass)?;
+    simulation.set_threads(threads)?;
+    let middle = length / 2.0;
+    let crack = [0.0, 0.0, 0.0, middle, 0.0, 0.0, middle, 0.0, depth, 0.0, 0.0, depth];
+    simulation.break_crossing(&crack)?;
+    for (set, sign) in [("top", 1.0), ("bottom", -1.0)] {
+        simulation.prescribe(set, Quantity::BodyForce, 1, sign * 1e6 / spacing)?;
+        if grows {
+            simulation.forbid_failure(set)?;
+        }
+    }
+    let step = 0.5 * simulation.stable_time_step()?;
+    Ok((simulation, step))
 }
 
 pub fn seconds<T>(job: impl FnOnce() -> T) -> (T, f64) {

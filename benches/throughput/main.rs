@@ -31,7 +31,7 @@ const ROUNDS: usize = 11;
 fn main() {
     let formulations: Vec<&str> = FORMULATIONS.iter().map(|entry| entry.name).collect();
     let (arrangements, bodies) = (common::arrangement_names(), common::body_names());
-    let kinds = ["table", "naive"];
+    let kinds = ["table", "naive", "branching"];
     let choice = Choice::from_arguments(&[&formulations, &arrangements, &bodies, &kinds]);
     let chosen = |formulation: &str, arrangement: &str, body: &str| {
         choice.has(&formulations, formulation)
@@ -77,6 +77,9 @@ fn main() {
                 }
             }
         }
+    }
+    if choice.has(&kinds, "branching") {
+        branching();
     }
     if choice.has(&kinds, "naive") {
         println!(
@@ -193,6 +196,28 @@ fn measure(
         (cell.bytes, cell.bond_bytes) = (memory.total() as f64, memory.bonds as f64);
     }
     Ok(cell)
+}
+
+/// What growing cracks cost: the same plate with and without damage, in turns, from the start until the crack has branched.
+fn branching() {
+    const STEPS: u64 = 400;
+    const TURN: u64 = 20;
+    println!("\nbranching, 200 x 80 x 8 points, {STEPS} steps with and without damage, in turns");
+    for threads in [1, 2] {
+        let (mut growing, step) = common::branching(true, threads).unwrap();
+        let (mut whole, _) = common::branching(false, threads).unwrap();
+        let mut times = [0.0; 2];
+        for _ in 0..STEPS / TURN {
+            times[0] += seconds(|| growing.step(step, TURN).unwrap()).1;
+            times[1] += seconds(|| whole.step(step, TURN).unwrap()).1;
+        }
+        let [with, without] = times;
+        println!(
+            "{threads} threads: {with:.2} s and {without:.2} s, {:.1} % more; {} bonds broken",
+            100.0 * (with / without - 1.0),
+            growing.health().unwrap().broken_bonds
+        );
+    }
 }
 
 /// Median of seconds a step, as often as the time allows; `time` is told how many steps to take in a row.
