@@ -168,6 +168,44 @@ fn part_lattice_and_part_cloud_break_as_a_cloud_and_keep_their_momentum() {
     }
 }
 
+/// On every level, with threads, whole families and torn ones down to sheets and single points.
+#[test]
+fn lattices_of_all_formulations_break_as_clouds() {
+    let points = Points::block(3, &[0.0; 3], &[14.0, 11.0, 9.0], 1.0).unwrap();
+    let velocity = Random(10).around_zero(3 * points.count(), 0.04);
+    for formulation in ON_LATTICES {
+        let run = |lattices: bool, level: SimdLevel, threads: usize| {
+            let mut simulation = simulation(&points, formulation, lattices);
+            simulation.set_simd(level).unwrap();
+            simulation.set_threads(threads).unwrap();
+            // A corner of which single layers and points are left.
+            for x in 1..5 {
+                let x = f64::from(x);
+                let plane = [x, -1.0, -1.0, x, 6.0, -1.0, x, 6.0, 12.0, x, -1.0, 12.0];
+                simulation.break_crossing(&plane).unwrap();
+            }
+            let plane = [-1.0, 2.0, -1.0, 3.5, 2.0, -1.0, 3.5, 2.0, 12.0, -1.0, 2.0, 12.0];
+            simulation.break_crossing(&plane).unwrap();
+            let begun = simulation.health().unwrap().broken_bonds;
+            simulation.set(Field::Velocity, &velocity).unwrap();
+            simulation.step(0.2, 6).unwrap();
+            assert!(simulation.health().unwrap().broken_bonds > begun + 100);
+            simulation
+        };
+        for level in levels() {
+            let [cloud, lattice] = [false, true].map(|lattices| run(lattices, level, 2));
+            assert_eq!(intact(&cloud), intact(&lattice), "{formulation}, {level:?}");
+            for field in [Field::Displacement, Field::InternalForce, Field::DissipatedEnergyDensity]
+            {
+                let [a, b] = [&cloud, &lattice].map(|body| body.get(field).unwrap());
+                let distance = distance(&a, &b);
+                assert!(distance < 1e-9, "{formulation}, {level:?}, {field:?}: {distance}");
+            }
+            assert_eq!(state_bits(&lattice), state_bits(&run(true, level, 3)));
+        }
+    }
+}
+
 #[test]
 fn a_lattice_at_rest_or_moved_as_a_whole_has_no_force() {
     let points = Points::block(3, &[0.1; 3], &[1.7, 1.3, 1.2], 0.1).unwrap();
