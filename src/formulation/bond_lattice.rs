@@ -50,13 +50,13 @@ pub(super) struct OnLattice<'a> {
 
 impl LatticeState {
     pub(super) fn new(scene: &Scene<'_>, lattice: &Lattice) -> Result<Self> {
-        let seats = lattice.members.len();
+        let (seats, workers) = (lattice.members.len(), scene.workers);
         let mut held = Held {
-            masks: memory::filled(0, lattice.groups.len() * lattice.row(), PURPOSE)?,
-            followed: memory::filled(0, scene.families.block_count(), PURPOSE)?,
-            shifts: memory::filled(0.0, scene.dimension * stride(lattice) + SLACK, PURPOSE)?,
-            forces: memory::filled(0.0, seats * scene.dimension, PURPOSE)?,
-            broke: memory::filled(false, seats, PURPOSE)?,
+            masks: workers.filled(0, lattice.groups.len() * lattice.row(), PURPOSE)?,
+            followed: workers.filled(0, scene.families.block_count(), PURPOSE)?,
+            shifts: workers.filled(0.0, scene.dimension * stride(lattice) + SLACK, PURPOSE)?,
+            forces: workers.filled(0.0, seats * scene.dimension, PURPOSE)?,
+            broke: workers.filled(false, seats, PURPOSE)?,
         };
         held.follow(lattice, scene.families, scene.bonds.intact);
         Ok(Self(Mutex::new(held)))
