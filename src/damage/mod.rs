@@ -30,7 +30,7 @@ type Kept = (Vec<u8>, Option<Vec<f64>>);
 impl BondState {
     /// All bonds intact, and nothing in so many numbers of records.
     pub(crate) fn new(workers: &Workers, families: &Families, records: usize) -> Result<Self> {
-        let mut intact = memory::filled(0, families.block_count(), PURPOSE)?;
+        let mut intact = workers.filled(0, families.block_count(), PURPOSE)?;
         let offsets = &families.offsets;
         let masks = Ragged { values: &mut intact[..], offsets, width: 1 };
         workers.sweep(families.places.len(), masks, |range, masks| {
@@ -41,7 +41,7 @@ impl BondState {
                 families.mark_bonds(point, masks);
             }
         });
-        let records = memory::filled(0.0, records, "the memory of materials")?;
+        let records = workers.filled(0.0, records, "the memory of materials")?;
         Ok(Self { intact, integrity: None, records })
     }
 

@@ -116,13 +116,13 @@ impl Cells {
             lower,
             edge,
             counts,
-            members: Members::new(count)?,
+            members: Members::new(workers, count)?,
             lookup: Lookup::Table(Vec::new()),
         };
         let total: f64 = counts.iter().map(|&count| count as f64).product();
         // Both ways keep the points of a cell in their order.
         if total <= TABLE_CELLS_PER_POINT * count as f64 && total < f64::from(u32::MAX) {
-            let mut numbers = memory::filled(0_u32, count, PURPOSE)?;
+            let mut numbers = workers.filled(0_u32, count, PURPOSE)?;
             workers.sweep(count, PerPoint(&mut numbers, 1), |range, numbers| {
                 for (value, number) in numbers.0.iter_mut().zip(range) {
                     *value = cells.number(cells.cell(&places[point(number)])) as u32;
@@ -246,11 +246,11 @@ impl Cells {
 
 impl Members {
     /// Room for so many.
-    fn new(count: usize) -> Result<Self> {
-        let nowhere = || memory::filled(f64::INFINITY, count + STRIDE, PURPOSE);
+    fn new(workers: &Workers, count: usize) -> Result<Self> {
+        let nowhere = || workers.filled(f64::INFINITY, count + STRIDE, PURPOSE);
         Ok(Self {
             places: [nowhere()?, nowhere()?, nowhere()?],
-            points: memory::filled(0, count + STRIDE, PURPOSE)?,
+            points: workers.filled(0, count + STRIDE, PURPOSE)?,
         })
     }
 

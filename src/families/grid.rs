@@ -157,7 +157,7 @@ impl Crossings {
             return Ok(None);
         }
         let grid = grid.refined(workers, places, farthest)?;
-        let mut of = memory::filled(None, count, PURPOSE)?;
+        let mut of = workers.filled(None, count, PURPOSE)?;
         workers.sweep(count, PerPoint(&mut of, 1), |range, of| {
             for (crossing, place) in of.0.iter_mut().zip(&places[range]) {
                 *crossing = on(&grid, volume, place);

@@ -65,7 +65,7 @@ pub(crate) fn find(wanted: Wanted<'_>) -> Result<Families> {
         }
     }
     let members = lattice.as_ref().map_or(0, |lattice| lattice.count);
-    let mut sizes = memory::filled(0_u32, count, PURPOSE)?;
+    let mut sizes = workers.filled(0_u32, count, PURPOSE)?;
     let search = if members < count {
         let mut search = search.map_or_else(new, Ok)?;
         if lattice.is_none() {
@@ -89,9 +89,9 @@ pub(crate) fn find(wanted: Wanted<'_>) -> Result<Families> {
     let lists = if list_offsets.is_empty() { &offsets } else { &list_offsets };
     let lanes = usize::try_from(lists[count]).ok().and_then(|blocks| blocks.checked_mul(LANES));
     let lanes = lanes.unwrap_or(usize::MAX);
-    let mut neighbors = memory::filled(0_u32, lanes, PURPOSE)?;
+    let mut neighbors = workers.filled(0_u32, lanes, PURPOSE)?;
     let mut inverse_lengths = match storage {
-        Storage::Fast => Some(memory::filled(0.0_f64, lanes, PURPOSE)?),
+        Storage::Fast => Some(workers.filled(0.0_f64, lanes, PURPOSE)?),
         Storage::Lean => None,
     };
     let touching = AtomicUsize::new(usize::MAX);

@@ -40,8 +40,8 @@ impl LatticeRows {
     pub(super) fn new(scene: &Scene<'_>, lattice: &Lattice) -> Result<Self> {
         let dimension = scene.dimension;
         let (seats, each) = (lattice.members.len(), kept_width(dimension, dimension));
-        let numbers = memory::filled(0.0, seats * each, PURPOSE)?;
-        let masks = memory::filled(0, lattice.groups.len() * lattice.row(), PURPOSE)?;
+        let numbers = scene.workers.filled(0.0, seats * each, PURPOSE)?;
+        let masks = scene.workers.filled(0, lattice.groups.len() * lattice.row(), PURPOSE)?;
         let state = LatticeState::new(scene, lattice, dimension * dimension)?;
         Ok(Self { state, kept: Mutex::new(Store { numbers, masks }) })
     }

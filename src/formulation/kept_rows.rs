@@ -93,8 +93,8 @@ impl KeptRows {
             return Ok(());
         }
         let each = kept_width(scene.dimension, width(order, scene.dimension));
-        kept.numbers = memory::filled(0.0, scene.places.len() * each, PURPOSE)?;
-        kept.masks = memory::filled(0, scene.families.block_count(), PURPOSE)?;
+        kept.numbers = scene.workers.filled(0.0, scene.places.len() * each, PURPOSE)?;
+        kept.masks = scene.workers.filled(0, scene.families.block_count(), PURPOSE)?;
         Ok(())
     }
 

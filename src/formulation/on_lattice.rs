@@ -96,15 +96,15 @@ impl<const N: usize> Outputs for Columns<'_, N> {
 impl LatticeState {
     /// With room for so many columns that sweeps leave.
     pub(super) fn new(scene: &Scene<'_>, lattice: &Lattice, left: usize) -> Result<Self> {
-        let seats = lattice.members.len();
+        let (seats, workers) = (lattice.members.len(), scene.workers);
         let numbers = (scene.dimension + left) * stride(lattice) + SLACK;
         let mut held = Held {
-            masks: memory::filled(0, lattice.groups.len() * lattice.row(), PURPOSE)?,
-            followed: memory::filled(0, scene.families.block_count(), PURPOSE)?,
-            columns: memory::filled(0.0, numbers, PURPOSE)?,
+            masks: workers.filled(0, lattice.groups.len() * lattice.row(), PURPOSE)?,
+            followed: workers.filled(0, scene.families.block_count(), PURPOSE)?,
+            columns: workers.filled(0.0, numbers, PURPOSE)?,
             legs: memory::filled(Leg::default(), lattice.stencil.len(), PURPOSE)?,
-            forces: memory::filled(0.0, seats * scene.dimension, PURPOSE)?,
-            broke: memory::filled(false, seats, PURPOSE)?,
+            forces: workers.filled(0.0, seats * scene.dimension, PURPOSE)?,
+            broke: workers.filled(false, seats, PURPOSE)?,
         };
         held.follow(lattice, scene.families, scene.bonds.intact);
         Ok(Self(Mutex::new(held)))

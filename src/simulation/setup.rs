@@ -295,12 +295,12 @@ impl Simulation {
         let masks = if plan.rule.is_some() { plan.families.block_count() } else { 0 };
         let next = if plan.rule.is_some() { count } else { 0 };
         let mut built = Built {
-            next_intact: memory::filled(0, masks, "bond state")?,
+            next_intact: workers.filled(0, masks, "bond state")?,
             dissipated: [
-                memory::filled(0.0, count, "dissipated energy")?,
-                memory::filled(0.0, next, "dissipated energy")?,
+                workers.filled(0.0, count, "dissipated energy")?,
+                workers.filled(0.0, next, "dissipated energy")?,
             ],
-            scratch: memory::filled(0.0, plan.scratch(), "forces")?,
+            scratch: workers.filled(0.0, plan.scratch(), "forces")?,
             partial: memory::filled(0.0, block_count(count), "sums")?,
             stable_step: None,
             workers,

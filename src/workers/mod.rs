@@ -97,6 +97,16 @@ impl Workers {
         }
     }
 
+    /// `count` copies of `value`, each page of which belongs to the thread that wrote it.
+    pub(crate) fn filled<T: Copy + Send + Sync>(
+        &self,
+        value: T,
+        count: usize,
+        purpose: &'static str,
+    ) -> Result<Vec<T>> {
+        self.pool.filled(value, count, purpose)
+    }
+
     /// The sum of `term` over all points, the same bits for any number of threads.
     pub(crate) fn sum(
         &self,

@@ -4,6 +4,7 @@
 //! start a job. Threads wait for the next job awake for a few microseconds and then asleep.
 
 use std::any::Any;
+use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
@@ -11,6 +12,9 @@ use std::thread::JoinHandle;
 
 use crate::error::{Error, Result};
 use crate::memory;
+
+/// Numbers that a thread writes in one go where memory is filled.
+const CHUNK: usize = 1 << 16;
 
 /// Looks at the job counter before a thread goes to sleep.
 const LOOKS: u32 = 2000;
@@ -110,6 +114,27 @@ impl Pool {
             resume_unwind(payload);
         }
     }
+
+    /// `count` copies of `value`, written by all threads: the system gives a page to the thread that touches it first, and
+    /// clears it then.
+    pub(super) fn filled<T: Copy + Send + Sync>(
+        &self,
+        value: T,
+        count: usize,
+        purpose: &'static str,
+    ) -> Result<Vec<T>> {
+        let mut buffer: Vec<T> = memory::reserved(count, purpose)?;
+        let chunks = Mutex::new(buffer.spare_capacity_mut()[..count].chunks_mut(CHUNK));
+        let next = || chunks.lock().unwrap_or_else(|poison| poison.into_inner()).next();
+        self.run(&|| {
+            while let Some(chunk) = next() {
+                chunk.fill(MaybeUninit::new(value));
+            }
+        });
+        // SAFETY: there is room for `count`, and all chunks of it have been written.
+        unsafe { buffer.set_len(count) };
+        Ok(buffer)
+    }
 }
 
 impl Drop for Pool {
@@ -177,6 +202,16 @@ fn wait<'a>(condition: &Condvar, orders: MutexGuard<'a, Orders>) -> MutexGuard<'
 mod tests {
     use super::*;
     use std::sync::atomic::AtomicUsize;
+
+    #[test]
+    fn memory_is_filled_to_its_end_and_no_farther() {
+        for count in [0, 1, CHUNK, 3 * CHUNK + 5] {
+            let filled = Pool::new(3).unwrap().filled(7_u32, count, "a test").unwrap();
+            assert_eq!(filled.len(), count);
+            assert!(filled.iter().all(|&value| value == 7));
+        }
+        assert!(Pool::new(2).unwrap().filled(0.0_f64, usize::MAX / 32, "a test").is_err());
+    }
 
     #[test]
     fn every_thread_runs_each_job_once() {
