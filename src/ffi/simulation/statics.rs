@@ -131,7 +131,7 @@ pub unsafe extern "C" fn perion_simulation_solve(
         // SAFETY: the header's contract.
         let options = unsafe { solve_options(solve_options_or_null) }?;
         // SAFETY: as above.
-        let host = unsafe { HostReport::of(report_or_null) }?;
+        let host = unsafe { HostReport::of(report_or_null, true) }?;
         // SAFETY: as above.
         let mut session = unsafe { Session::begin(simulation) }?;
         let mut solving =
@@ -163,7 +163,7 @@ pub unsafe extern "C" fn perion_simulation_relax(
         // SAFETY: the header's contract.
         let options = unsafe { relax_options(relax_options_or_null) }?;
         // SAFETY: as above.
-        let host = unsafe { HostReport::of(report_or_null) }?;
+        let host = unsafe { HostReport::of(report_or_null, true) }?;
         // SAFETY: as above.
         let mut session = unsafe { Session::begin(simulation) }?;
         session.with_mut(|hosted| Ok(hosted.free()?.check_relaxing(&options)?))?;
