@@ -261,7 +261,7 @@ module perion
     real(c_double) :: time_end = 0
     !> forces out of balance over loads or reactions, whichever are larger; 0 for the default, 1e-8
     real(c_double) :: tolerance = 0
-    !> load steps to begin with, cut where one fails, longer where they are easy; 0 for the default, 1
+    !> load steps, cut where one fails, as long again where they are easy; 0 for the default, 1
     integer(c_int64_t) :: load_steps = 0
     !> share of the way that a load step has at least; 0 for the default, 1e-3
     real(c_double) :: smallest_load_step = 0

@@ -2,6 +2,12 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 #![allow(clippy::disallowed_methods, clippy::disallowed_macros)]
 
+mod all_forms;
 mod bars;
+mod breaking;
+mod conditions;
+mod hyperelastic;
+mod preconditioned;
 mod surface;
 mod traction_bar;
+mod uniform_tension;

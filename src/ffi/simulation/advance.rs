@@ -60,7 +60,7 @@ pub unsafe extern "C" fn perion_simulation_advance(
         // SAFETY: the header's contract.
         let options = unsafe { options(advance_options_or_null) }?;
         // SAFETY: as above.
-        let host = unsafe { HostReport::of(report_or_null) }?;
+        let host = unsafe { HostReport::of(report_or_null, false) }?;
         // SAFETY: as above.
         let mut session = unsafe { Session::begin(simulation) }?;
         let mut advancing =

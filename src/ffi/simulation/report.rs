@@ -88,18 +88,21 @@ pub(super) struct HostReport {
 }
 
 impl HostReport {
-    /// Checked before anything is done.
+    /// Checked before anything is done. Only runs that have residuals look at the room for them.
     ///
     /// # Safety
     /// The pointer is NULL or leads to a struct whose first member says how many bytes it has.
-    pub(super) unsafe fn of(pointer: *mut perion_report) -> Result<Self, Failure> {
+    pub(super) unsafe fn of(
+        pointer: *mut perion_report,
+        has_residuals: bool,
+    ) -> Result<Self, Failure> {
         if pointer.is_null() {
             return Ok(Self { pointer, room: std::ptr::null_mut(), capacity: 0 });
         }
         // SAFETY: the caller's promise.
         let given = unsafe { sized::read(pointer, EMPTY, "report") }?;
         let perion_report { residuals_or_null: room, residual_capacity: capacity, .. } = given;
-        if !room.is_null() && (capacity < 0 || !room.is_aligned()) {
+        if has_residuals && !room.is_null() && (capacity < 0 || !room.is_aligned()) {
             return Ok(argument(format!(
                 "'residual_capacity' is {capacity}; it must not be negative, and residuals_or_null must lead \
                  to doubles"

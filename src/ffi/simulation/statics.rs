@@ -47,7 +47,7 @@ pub struct perion_solve_options {
     pub time_end: f64,
     /// forces out of balance over loads or reactions, whichever are larger (2-norms); default 1e-8
     pub tolerance: f64,
-    /// load steps to begin with, equally long; cut where one fails, longer where they are easy; default 1
+    /// load steps, equally long; cut where one fails, as long again where they are easy; default 1
     pub load_steps: i64,
     /// share of the way that a load step has at least; default 1e-3
     pub smallest_load_step: f64,
@@ -131,7 +131,7 @@ pub unsafe extern "C" fn perion_simulation_solve(
         // SAFETY: the header's contract.
         let options = unsafe { solve_options(solve_options_or_null) }?;
         // SAFETY: as above.
-        let host = unsafe { HostReport::of(report_or_null) }?;
+        let host = unsafe { HostReport::of(report_or_null, true) }?;
         // SAFETY: as above.
         let mut session = unsafe { Session::begin(simulation) }?;
         let mut solving =
@@ -163,7 +163,7 @@ pub unsafe extern "C" fn perion_simulation_relax(
         // SAFETY: the header's contract.
         let options = unsafe { relax_options(relax_options_or_null) }?;
         // SAFETY: as above.
-        let host = unsafe { HostReport::of(report_or_null) }?;
+        let host = unsafe { HostReport::of(report_or_null, true) }?;
         // SAFETY: as above.
         let mut session = unsafe { Session::begin(simulation) }?;
         session.with_mut(|hosted| Ok(hosted.free()?.check_relaxing(&options)?))?;
