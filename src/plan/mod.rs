@@ -97,8 +97,13 @@ impl Plan {
         &self.families.places
     }
 
-    /// Numbers that a sweep for forces or energies writes aside.
-    pub(crate) fn scratch(&self) -> usize {
+    /// Numbers that a sweep for forces or energies writes aside; `graded`: bonds have an integrity of their own.
+    pub(crate) fn scratch(&self, graded: bool) -> usize {
+        let lattice = self.families.lattice.as_ref();
+        if !graded && lattice.is_some_and(|lattice| lattice.count == self.count()) {
+            // Groups of a lattice have room of their own.
+            return 0;
+        }
         let breaks = self.rule.is_some();
         self.formulation.scratch(self.count(), self.families.block_count(), self.dimension, breaks)
     }
