@@ -265,7 +265,7 @@ fn a_lattice_keeps_no_bonds() {
     // 48; where points and groups stand in each other, 30.
     let bytes = bonds(&simulation);
     assert!((100.0..140.0).contains(&bytes), "{bytes}");
-    assert!((simulation.memory().total() as f64) < 480.0 * points.count() as f64);
+    assert!((simulation.memory().total() as f64) < 415.0 * points.count() as f64);
     // With the masks of the next step.
     model.set("critical_stretch", 0.1).unwrap();
     simulation = Simulation::new(&points, &model).unwrap();

@@ -95,6 +95,11 @@ impl BondState {
         self.integrity.as_ref().map_or(1.0, |values| values[slot])
     }
 
+    /// Whether bonds have an integrity of their own.
+    pub(crate) fn is_graded(&self) -> bool {
+        self.integrity.is_some()
+    }
+
     /// Makes room for integrities between 0 and 1.
     pub(crate) fn grade(&mut self) -> Result<()> {
         if self.integrity.is_none() {

@@ -120,8 +120,14 @@ impl Plan {
         (0..self.count()).flat_map(bonds_of).fold(f64::INFINITY, f64::min)
     }
 
-    /// Numbers that a sweep for forces or energies writes aside.
-    pub(crate) fn scratch(&self) -> usize {
+    /// Numbers that a sweep for forces or energies writes aside; `graded`: bonds have an integrity of their own.
+    pub(crate) fn scratch(&self, graded: bool) -> usize {
+        let lattice = self.families.lattice.as_ref();
+        let alone = self.formulation.use_of_a_lattice() == LatticeUse::Parts;
+        if alone && !graded && lattice.is_some_and(|lattice| lattice.count == self.count()) {
+            // Groups of a lattice have room of their own.
+            return 0;
+        }
         let breaks = self.rule.is_some();
         self.formulation.scratch(self.count(), self.families.block_count(), self.dimension, breaks)
     }

@@ -300,7 +300,7 @@ impl Simulation {
                 workers.filled(0.0, count, "dissipated energy")?,
                 workers.filled(0.0, next, "dissipated energy")?,
             ],
-            scratch: workers.filled(0.0, plan.scratch(), "forces")?,
+            scratch: workers.filled(0.0, plan.scratch(false), "forces")?,
             partial: memory::filled(0.0, block_count(count), "sums")?,
             stable_step: None,
             workers,
@@ -359,7 +359,7 @@ impl Built {
     ) -> Result<Vec<f64>> {
         let scene = self.plan.scene(&self.workers, &self.bonds, displacement);
         let mut density = memory::filled(0.0, self.plan.count(), "energy")?;
-        let mut scratch = memory::filled(0.0, self.plan.scratch(), "energy")?;
+        let mut scratch = memory::filled(0.0, self.plan.scratch(self.bonds.is_graded()), "energy")?;
         self.plan.formulation.energy_density(&scene, &mut scratch, &mut density, part);
         stopped_by_law(&self.plan).map_or(Ok(density), Err)
     }
@@ -392,7 +392,7 @@ impl Built {
     /// Changes bonds as the host asked; a failure comes before any change. Gives what the host should be
     /// told of a request that met no bond.
     fn carry_out(&mut self, request: &BondRequest, centre: &[f64; 3]) -> Result<Option<String>> {
-        let Self { plan, bonds, .. } = self;
+        let Self { plan, bonds, workers, scratch, .. } = self;
         match request {
             BondRequest::Break(pairs) => {
                 let met = for_each_end(plan, pairs, |_, slot| bonds.break_bond(slot));
@@ -416,6 +416,10 @@ impl Built {
                 if values.iter().any(|&value| value != 0.0 && value != 1.0)
                     || bonds.integrity.is_some()
                 {
+                    let needed = plan.scratch(true);
+                    if scratch.len() < needed {
+                        *scratch = workers.filled(0.0, needed, "forces")?;
+                    }
                     bonds.grade()?;
                 }
                 let met = for_each_end(plan, pairs, |number, slot| {

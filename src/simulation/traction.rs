@@ -109,7 +109,7 @@ fn surface_vectors<const D: usize>(built: &Built, model: &Model) -> Result<Vec<V
     let mut vectors = memory::filled([0.0; D], count, PURPOSE)?;
     let mut displacement = memory::filled(0.0, count * D, PURPOSE)?;
     let mut force = memory::filled(0.0, count * D, PURPOSE)?;
-    let mut scratch = memory::filled(0.0, plan.scratch(), PURPOSE)?;
+    let mut scratch = memory::filled(0.0, plan.scratch(false), PURPOSE)?;
     for along in 0..D {
         // Both signs, since the law may bend.
         for sign in [1.0, -1.0] {

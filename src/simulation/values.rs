@@ -109,7 +109,7 @@ impl Simulation {
         }
         let Built { workers, plan, bonds, .. } = self.built()?;
         let mut force = memory::filled(0.0, current.force.len(), PURPOSE)?;
-        let mut scratch = memory::filled(0.0, plan.scratch(), PURPOSE)?;
+        let mut scratch = memory::filled(0.0, plan.scratch(bonds.is_graded()), PURPOSE)?;
         let scene = plan.scene(workers, bonds, &current.displacement);
         let failed = plan.formulation.force(&scene, &mut scratch, &mut force, None);
         if let Some(error) = stopped_by_law(plan) {
