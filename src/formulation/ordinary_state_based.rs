@@ -133,12 +133,12 @@ impl Passes for Lps {
         &self.weights
     }
 
-    fn corrected_modulus(&self, point: usize) -> Option<f64> {
-        self.corrected.as_ref().map(|moduli| *moduli.at(point))
+    fn weights_mut(&mut self) -> &mut Weights {
+        &mut self.weights
     }
 
-    fn correct(&mut self, factors: Vec<f64>) {
-        self.weights.correction = Some(factors);
+    fn corrected_modulus(&self, point: usize) -> Option<f64> {
+        self.corrected.as_ref().map(|moduli| *moduli.at(point))
     }
 
     fn room_of_lanes(&self, points: usize, _: usize) -> usize {

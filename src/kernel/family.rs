@@ -20,21 +20,29 @@ pub(crate) struct Family<'a> {
     records: &'a [Record],
     /// One bit a lane.
     intact: &'a [u8],
-    omega: Omega,
+    omega: Omega<'a>,
 }
 
-/// omega(L), the same for all points.
+/// omega(L), the same for all points, or what bonds count one by one.
 #[derive(Clone, Copy)]
-pub(crate) struct Omega {
+pub(crate) struct Omega<'a> {
     pub(crate) influence: Influence,
     pub(crate) dimension: usize,
     pub(crate) horizon: f64,
+    pub(crate) each: Option<EachBond<'a>>,
 }
 
-impl Omega {
+/// What each bond counts in the family of its own end, and in that of the other.
+#[derive(Clone, Copy)]
+pub(crate) struct EachBond<'a> {
+    pub(crate) own: &'a [f64],
+    pub(crate) back: &'a [f64],
+}
+
+impl Omega<'_> {
     /// 1
     pub(crate) const EVEN: Self =
-        Self { influence: Influence::Constant, dimension: 3, horizon: f64::INFINITY };
+        Self { influence: Influence::Constant, dimension: 3, horizon: f64::INFINITY, each: None };
 }
 
 /// Bonds that are computed together.
@@ -79,13 +87,17 @@ impl<'a> Family<'a> {
         families: &'a Families,
         records: &'a [Record],
         intact: &'a [u8],
-        omega: Omega,
+        omega: Omega<'a>,
     ) -> Self {
         let Families { offsets, neighbors, inverse_lengths, .. } = families;
         assert_eq!(records.len() + 1, offsets.len());
         assert_eq!(offsets[records.len()] as usize, intact.len());
         assert_eq!(neighbors.len(), intact.len() * LANES);
         assert_eq!(inverse_lengths.len(), intact.len() * LANES);
+        if let Some(EachBond { own, back }) = omega.each {
+            assert_eq!(own.len(), neighbors.len());
+            assert_eq!(back.len(), neighbors.len());
+        }
         Self { families, records, intact, omega }
     }
 
@@ -165,34 +177,62 @@ impl<'a> Family<'a> {
         Bonds { reference, moved, volume: places[3], last: shifts[3] }
     }
 
-    /// omega times another factor, of the bonds from a slot on.
+    /// What bonds count in the point's own family times another factor, of those from a slot on.
     #[inline(always)]
     pub(super) fn weighted<S: Simd>(&self, simd: S, slot: usize, factor: S::Lanes) -> S::Lanes {
-        match self.omega.influence {
-            Influence::Constant => factor,
+        match (self.omega.each, self.omega.influence) {
+            (Some(each), _) => factor * from_slot(simd, each.own, slot),
+            (None, Influence::Constant) => factor,
             _ => factor * self.weights(simd, slot),
         }
     }
 
-    /// Whether omega is not 1.
+    /// What they count in the families of the other ends times another factor.
+    #[inline(always)]
+    pub(super) fn weighted_back<S: Simd>(
+        &self,
+        simd: S,
+        slot: usize,
+        factor: S::Lanes,
+    ) -> S::Lanes {
+        match (self.omega.each, self.omega.influence) {
+            (Some(each), _) => factor * from_slot(simd, each.back, slot),
+            (None, Influence::Constant) => factor,
+            _ => factor * self.weights(simd, slot),
+        }
+    }
+
+    /// What they count in both, each times a factor of its own.
+    #[inline(always)]
+    pub(super) fn weighted_both<S: Simd>(
+        &self,
+        simd: S,
+        slot: usize,
+        own: S::Lanes,
+        back: S::Lanes,
+    ) -> S::Lanes {
+        if self.omega.each.is_some() {
+            return self.weighted(simd, slot, own) + self.weighted_back(simd, slot, back);
+        }
+        self.weighted(simd, slot, own + back)
+    }
+
+    /// Whether bonds count other than 1.
     #[inline(always)]
     pub(super) fn is_weighted(&self) -> bool {
-        self.omega.influence != Influence::Constant
+        self.omega.each.is_some() || self.omega.influence != Influence::Constant
     }
 
     /// 1/L of the bonds from a slot on.
     #[inline(always)]
     pub(super) fn inverse_lengths<S: Simd>(&self, simd: S, slot: usize) -> S::Lanes {
-        debug_assert!(slot + S::WIDTH <= self.families.inverse_lengths.len());
-        prefetch(&self.families.inverse_lengths, slot + AHEAD * LANES);
-        // SAFETY: slots are those of a point's blocks, which end before the lists do.
-        simd.load(unsafe { self.families.inverse_lengths.get_unchecked(slot..slot + S::WIDTH) })
+        from_slot(simd, &self.families.inverse_lengths, slot)
     }
 
     /// omega of the bonds from a slot on; in the rim of the horizon that at the horizon.
     #[inline(always)]
     pub(super) fn weights<S: Simd>(&self, simd: S, slot: usize) -> S::Lanes {
-        let Omega { influence, dimension, horizon } = self.omega;
+        let Omega { influence, dimension, horizon, .. } = self.omega;
         let one = simd.splat(1.0);
         // horizon/L
         let closeness = (self.inverse_lengths(simd, slot) * simd.splat(horizon)).max(one);
@@ -210,6 +250,15 @@ impl<'a> Family<'a> {
             }
         }
     }
+}
+
+/// The numbers of lanes from a slot on; there is one for each.
+#[inline(always)]
+fn from_slot<S: Simd>(simd: S, numbers: &[f64], slot: usize) -> S::Lanes {
+    prefetch(numbers, slot + AHEAD * LANES);
+    debug_assert!(slot + S::WIDTH <= numbers.len());
+    // SAFETY: slots are those of a point's blocks, which end before the lists do, and there is a number for each.
+    simd.load(unsafe { numbers.get_unchecked(slot..slot + S::WIDTH) })
 }
 
 impl<F: Lanes, const D: usize> Bonds<F, D> {
@@ -240,11 +289,20 @@ impl<F: Lanes, const D: usize> Bonds<F, D> {
 }
 
 impl<F: Lanes> Lengths<F> {
-    /// Not a number in lanes without a bond.
+    /// Not a number in lanes without a bond. Right to 2e-19 of a length; where bonds count one by one to the last bits of
+    /// the stretch, as loops over single bonds are.
     #[inline(always)]
-    pub(super) fn stretches<S: Simd<Lanes = F>>(&self, simd: S) -> Stretches<F> {
+    pub(super) fn stretches<S: Simd<Lanes = F>>(
+        &self,
+        simd: S,
+        family: &Family<'_>,
+    ) -> Stretches<F> {
         let one = simd.splat(1.0);
         let change = self.change * self.squared.reciprocal();
+        if family.omega.each.is_some() {
+            let root = (one + change).max(simd.splat(LEAST)).sqrt();
+            return Stretches { shrunk: one / root, stretch: change / (one + root) };
+        }
         let shortfall = change.shortfall();
         let shrunk = one - shortfall;
         let ratio = (one + change).max(simd.splat(LEAST));

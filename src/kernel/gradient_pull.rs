@@ -54,7 +54,7 @@ impl<const D: usize, const C: usize> Kernel for GradientPull<'_, D, C> {
 }
 
 /// The same with a penalty: sum w V_j (T_j xi + C_j du) over the other ends j, and C_i sum w V_j du. Rows of the table
-/// have place and volume, displacement, and the columns of T and C, in four numbers each.
+/// have place and volume, displacement, and the columns of T and C, in four numbers each. Both ends give a bond the same weight.
 pub(crate) struct PenaltyPull<'a, const D: usize, const C: usize> {
     pub(crate) family: Family<'a>,
     pub(crate) table: Table<'a, C>,
@@ -116,7 +116,7 @@ impl<const D: usize, const C: usize> Kernel for PenaltyPull<'_, D, C> {
     }
 }
 
-/// Calls `take` with lane, other end and weight of the bonds of a point; the weight is 1 unless the family weighs them.
+/// Calls `take` with lane, other end and weight there of the bonds of a point; it is 1 unless the family weighs them.
 #[inline(always)]
 fn each_bond<S: Simd>(
     simd: S,
@@ -131,7 +131,8 @@ fn each_bond<S: Simd>(
         let bits = family.bits(slot);
         if weighs {
             for lane in (0..8).step_by(S::WIDTH) {
-                family.weights(simd, slot + lane).store(&mut weights[lane..]);
+                let one = simd.splat(1.0);
+                family.weighted_back(simd, slot + lane, one).store(&mut weights[lane..]);
             }
         }
         let names = family.block(slot);
