@@ -2,10 +2,12 @@
 
 use super::{Materials, Scene};
 use crate::error::Result;
-use crate::families::{Bond, Property};
+use crate::families::{Bond, LANES, Property};
+use crate::kernel::family::EachBond;
 use crate::memory;
 use crate::model::Influence;
 use crate::tensor::Vector;
+use crate::workers::Ragged;
 
 /// What follows from each point's model.
 pub(super) struct ByModel<T> {
@@ -60,6 +62,10 @@ pub(crate) struct Weights {
     /// Correction of each lane, both ends alike.
     pub(super) correction: Option<Vec<f64>>,
     dimension: usize,
+    /// w_ij and w_ji of each lane, the latter where they differ; kept for sweeps in lanes where they do not follow from
+    /// lengths.
+    own: Vec<f64>,
+    other: Vec<f64>,
 }
 
 impl Weights {
@@ -77,7 +83,67 @@ impl Weights {
             horizons: materials.horizons.copied()?,
             correction: None,
             dimension: materials.dimension,
+            own: Vec::new(),
+            other: Vec::new(),
         })
+    }
+
+    /// Keeps what bonds count one by one, unless it follows from their length.
+    pub(super) fn keep(&mut self, scene: &Scene<'_>) -> Result<()> {
+        if self.follow_length(scene).is_some() {
+            return Ok(());
+        }
+        let (lanes, purpose) = (scene.families.block_count() * LANES, "weights of bonds");
+        let mut own = memory::filled(0.0, lanes, purpose)?;
+        let both = if self.are_shared() { 0 } else { lanes };
+        let mut other = memory::filled(0.0, both, purpose)?;
+        let offsets = &scene.families.offsets;
+        let lanes = |values| Ragged { values, offsets, width: LANES };
+        let outputs = (lanes(&mut own[..]), (both > 0).then(|| lanes(&mut other[..])));
+        scene.workers.sweep(scene.places.len(), outputs, |range, (own, mut other)| {
+            let first = offsets[range.start] as usize * LANES;
+            for bond in
+                range.flat_map(|point| scene.families.bonds(point).map(move |bond| (point, bond)))
+            {
+                let (point, bond) = bond;
+                let (_, [of_point, of_neighbor]) = self.of(scene, point, bond);
+                own.values[bond.slot - first] = of_point;
+                if let Some(other) = &mut other {
+                    other.values[bond.slot - first] = of_neighbor;
+                }
+            }
+        });
+        (self.own, self.other) = (own, other);
+        Ok(())
+    }
+
+    /// What is kept of bonds.
+    pub(super) fn each(&self) -> Option<EachBond<'_>> {
+        let back = if self.other.is_empty() { &self.own } else { &self.other };
+        (!self.own.is_empty()).then_some(EachBond { own: &self.own, back })
+    }
+
+    /// The influence function, where weights follow from the lengths of bonds.
+    pub(super) fn follow_length(&self, scene: &Scene<'_>) -> Option<Influence> {
+        let alike = scene.families.reach.is_sharp_and_uniform() && self.correction.is_none();
+        if alike && self.are_shared() { self.influence.only().copied() } else { None }
+    }
+
+    /// The part of the volume of a bond's other end in a point's family, and w_ij and w_ji but for its integrity.
+    #[inline(always)]
+    fn of(&self, scene: &Scene<'_>, point: usize, bond: Bond) -> (f64, [f64; 2]) {
+        let correction = self.correction.as_ref().map_or(1.0, |values| values[bond.slot]);
+        let weight = |point: usize, share: f64| {
+            if share > 0.0 { self.value(point, bond.length) * correction * share } else { 0.0 }
+        };
+        let reach = &scene.families.reach;
+        let share = reach.share(point, bond.neighbor, bond.length);
+        let own = weight(point, share);
+        if self.are_shared() {
+            return (share, [own; 2]);
+        }
+        let back = reach.share(bond.neighbor, point, bond.length);
+        (share, [own, weight(bond.neighbor, back)])
     }
 
     /// omega of a point's family at a length; in the rim of the horizon that at the horizon.
@@ -87,18 +153,8 @@ impl Weights {
         self.influence.at(point).value(self.dimension, length.min(horizon), horizon)
     }
 
-    /// Whether all points share horizon and influence function.
-    pub(super) fn are_uniform(&self) -> bool {
-        matches!(self.horizons, Property::Uniform(_)) && self.influence().is_some()
-    }
-
-    /// The influence function, if all points share it.
-    pub(super) fn influence(&self) -> Option<&Influence> {
-        self.influence.only()
-    }
-
     /// Whether both ends give a bond the same weight.
-    fn are_shared(&self) -> bool {
+    pub(super) fn are_shared(&self) -> bool {
         self.influence.only().is_some() && matches!(self.horizons, Property::Uniform(_))
     }
 
@@ -106,6 +162,8 @@ impl Weights {
         self.influence.bytes()
             + self.horizons.bytes()
             + self.correction.as_ref().map_or(0, memory::bytes)
+            + memory::bytes(&self.own)
+            + memory::bytes(&self.other)
     }
 }
 
@@ -147,34 +205,24 @@ pub(super) struct Body<'a, const D: usize> {
     pub(super) scene: &'a Scene<'a>,
     pub(super) weights: &'a Weights,
     shifts: &'a [Vector<D>],
-    shared: bool,
 }
 
 impl<'a, const D: usize> Body<'a, D> {
     pub(super) fn new(scene: &'a Scene<'a>, weights: &'a Weights) -> Self {
         let (shifts, _) = scene.displacement.as_chunks();
-        Self { scene, weights, shifts, shared: weights.are_shared() }
+        Self { scene, weights, shifts }
     }
 
     /// The bonds of a point that are not broken.
     #[inline(always)]
     pub(super) fn links(&self, point: usize) -> impl Iterator<Item = Link<D>> + use<'a, D> {
-        let Self { scene, weights, shifts, shared } = *self;
+        let Self { scene, weights, shifts } = *self;
         let (place, shift) = (&scene.places[point], &shifts[point]);
         let intact = move |slot| scene.bonds.is_intact(slot);
         scene.families.bonds(point).filter(move |bond| intact(bond.slot)).map(move |bond| {
             let (there, moved) = (&scene.places[bond.neighbor], &shifts[bond.neighbor]);
             let integrity = scene.bonds.integrity.map_or(1.0, |values| values[bond.slot]);
-            let correction = weights.correction.as_ref().map_or(1.0, |values| values[bond.slot]);
-            let weight = |point: usize, share: f64| {
-                if share > 0.0 {
-                    weights.value(point, bond.length) * integrity * correction * share
-                } else {
-                    0.0
-                }
-            };
-            let share = scene.families.share(point, bond);
-            let own = weight(point, share);
+            let (share, [own, other]) = weights.of(scene, point, bond);
             Link {
                 slot: bond.slot,
                 neighbor: bond.neighbor,
@@ -183,13 +231,8 @@ impl<'a, const D: usize> Body<'a, D> {
                 moved: std::array::from_fn(|axis| moved[axis] - shift[axis]),
                 volume: there[3],
                 share,
-                own,
-                other: if shared {
-                    own
-                } else {
-                    let share = scene.families.reach.share(bond.neighbor, point, bond.length);
-                    weight(bond.neighbor, share)
-                },
+                own: own * integrity,
+                other: other * integrity,
             }
         })
     }

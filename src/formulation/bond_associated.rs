@@ -130,6 +130,10 @@ impl Passes for BondAssociated {
         &self.weights
     }
 
+    fn weights_mut(&mut self) -> &mut Weights {
+        &mut self.weights
+    }
+
     fn has_potential(&self) -> bool {
         !self.literal
     }

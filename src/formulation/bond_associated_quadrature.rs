@@ -273,6 +273,10 @@ impl Passes for Baqp {
         &self.weights
     }
 
+    fn weights_mut(&mut self) -> &mut Weights {
+        &mut self.weights
+    }
+
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
         self.kept.refer_to(scene, &self.weights, self.order)
     }

@@ -249,6 +249,10 @@ impl Passes for Correspondence {
         &self.weights
     }
 
+    fn weights_mut(&mut self) -> &mut Weights {
+        &mut self.weights
+    }
+
     fn has_potential(&self) -> bool {
         !self.strong
     }
@@ -268,7 +272,9 @@ impl Passes for Correspondence {
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
-        if self.fits_lanes() {
+        // A penalty counts volumes, and weighs bonds at one end for both.
+        let fits = !self.is_stabilised() || self.weights.follow_length(scene).is_some();
+        if fits {
             self.kept.refer_to(scene, &self.weights, self.order)?;
         }
         if let Some(lattice) = &scene.families.lattice {
@@ -286,9 +292,6 @@ impl Passes for Correspondence {
     }
 
     fn room_of_lanes(&self, points: usize, dimension: usize) -> usize {
-        if !self.fits_lanes() {
-            return 0;
-        }
         let row = match self.is_stabilised() {
             true => PENALTY_ROW,
             false => 4 * (1 + width(self.order, dimension)),

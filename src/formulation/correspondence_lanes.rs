@@ -4,9 +4,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::Body;
 use super::breaking::Near;
-use super::correspondence::{Correspondence, deformation_at};
+use super::correspondence::{Correspondence, deformation_at, gradient_at};
+use super::gradient::Gradient;
 use super::kept_rows::{
-    Order, Point, Points, Sweep, leave, leave_penalty, pull, pull_with_penalty,
+    Order, Point, Points, Sweep, collocate, leave, leave_penalty, pull, pull_with_penalty,
 };
 use super::passes::{Passes, Room};
 use super::{Asked, EnergyPart, Scene, in_lanes};
@@ -14,7 +15,7 @@ use crate::damage::Breaking;
 use crate::kernel::family::Record;
 use crate::kernel::gradient::UnseenSweep;
 use crate::material::{Answer, Deformation};
-use crate::tensor::{Tensor, Vector, contracted, difference, product, read};
+use crate::tensor::{Tensor, Vector, contracted, difference, product, read, zero};
 use crate::workers::{Outputs, PerPoint, PointByPoint};
 
 /// Numbers of a row that other ends of bonds read where there is a penalty.
@@ -49,6 +50,10 @@ impl Pulls<'_> {
         }
         let (record, left) = (&self.records[point], &mut left.0[0]);
         let own: Vector<D> = match penalty {
+            None if self.correspondence.strong => {
+                left[..D * D].copy_from_slice(answer.stress.as_flattened());
+                [0.0; D]
+            }
             None => leave(record, &answer.stress, rows, kept, left),
             Some([penalty, seen]) => {
                 let pulled = product(&answer.stress, &read(rows.as_flattened()));
@@ -83,18 +88,32 @@ impl Pulls<'_> {
     ) {
         let own = self.correspondence.own(body, point);
         let penalty = PENALTY.then(|| self.correspondence.penalty_of(body, point, &own));
-        let mut rows = [[0.0; SIZE]; D];
-        for (row, own) in rows.iter_mut().zip(&own.gradient.rows) {
-            row.copy_from_slice(&own[..SIZE]);
-        }
+        let rows = rows_of::<D, SIZE>(&own.gradient);
         self.give(point, &own.answer, &rows, penalty, kept, outputs);
     }
 }
 
+fn rows_of<const D: usize, const SIZE: usize>(gradient: &Gradient<D>) -> [[f64; SIZE]; D] {
+    let mut rows = [[0.0; SIZE]; D];
+    for (row, own) in rows.iter_mut().zip(&gradient.rows) {
+        row.copy_from_slice(&own[..SIZE]);
+    }
+    rows
+}
+
 impl Correspondence {
-    /// Whether its forces may be swept in lanes.
-    pub(super) fn fits_lanes(&self) -> bool {
-        !self.strong
+    /// Rows of a point whose family may span the body or not.
+    fn swept_rows<const D: usize, const SIZE: usize>(
+        &self,
+        body: &Body<'_, D>,
+        kept: &Points<'_>,
+        point: usize,
+    ) -> [[f64; SIZE]; D] {
+        let kept = kept.at::<D, SIZE>(point);
+        match kept.rows().try_into() {
+            Ok(rows) if kept.spans() => rows,
+            _ => rows_of(&gradient_at(body, point, self.order).0),
+        }
     }
 
     pub(super) fn order(&self) -> Order {
@@ -130,7 +149,7 @@ impl Correspondence {
         let sweep = Sweep { scene, omega, records: &*records };
         let pulls = Pulls { correspondence: self, records, bad: AtomicUsize::new(usize::MAX) };
         let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1));
-        if self.laws.remember() {
+        let kept = if self.laws.remember() {
             let left = PerPoint(&mut *outputs.1.0, 1);
             let kept = self.asked_in_lanes::<D, SIZE, _>(
                 sweep,
@@ -159,6 +178,7 @@ impl Correspondence {
                     });
                 }
             });
+            kept
         } else {
             let kept = self.kept.sweep::<D, SIZE, _>(
                 self.order(),
@@ -177,14 +197,23 @@ impl Correspondence {
             kept.odd::<D, SIZE, _>(scene, outputs, |point, kept, outputs| {
                 pulls.give_odd::<D, SIZE, C, PENALTY>(body, point, kept, outputs);
             });
-        }
+            kept
+        };
         // The point whose material has failed is to be named, and not one that it pulls on.
         let scene = &in_lanes::remaining(scene, breaking);
         let sweep = Sweep { scene, ..sweep };
-        in_lanes::first(pulls.bad).or_else(|| match PENALTY {
+        if let Some(point) = in_lanes::first(pulls.bad) {
+            return Some(point);
+        }
+        if self.strong {
+            let body = &Body::new(scene, &self.weights);
+            let operators = |point| (self.swept_rows::<D, SIZE>(body, &kept, point), zero());
+            return collocate(sweep, left, 0, operators, force);
+        }
+        match PENALTY {
             true => pull_with_penalty::<D, C>(sweep, left, force),
             false => pull::<D, C>(sweep, left, force),
-        })
+        }
     }
 
     /// Makes the records of laws, near broken bonds only if `near` says so, and puts gradients where they are wanted.

@@ -56,7 +56,7 @@ impl Correspondence {
     /// Whether its sweeps are faster on a lattice.
     pub(super) fn fits_lattice(&self) -> bool {
         let elastic = !(self.laws.remember() || self.is_stabilised());
-        self.fits_lanes() && elastic && self.order == 1 && self.weights.are_uniform()
+        !self.strong && elastic && self.order == 1 && self.weights.are_shared()
     }
 
     pub(super) fn forces_on_lattice<const D: usize, const N: usize>(

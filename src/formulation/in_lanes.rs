@@ -6,6 +6,7 @@ use super::body::Weights;
 use crate::damage::{BondsView, Breaking};
 use crate::families::{Families, Property};
 use crate::kernel::family::{BreakHere, Family, Limits, Omega, Record};
+use crate::model::Influence;
 use crate::workers::{PerPoint, Ragged};
 use std::sync::atomic::AtomicUsize;
 
@@ -26,18 +27,23 @@ macro_rules! of_size {
 }
 pub(super) use of_size;
 
-/// The influence of a scene in which all points share horizon and influence function, no bond counts in part and none
-/// is weakened; `None` of others.
-pub(super) fn omega(scene: &Scene<'_>, weights: &Weights) -> Option<Omega> {
-    let plain = scene.families.reach.is_sharp_and_uniform()
-        && scene.bonds.integrity.is_none()
-        && weights.correction.is_none();
-    let (true, Some(&influence), Property::Uniform(horizon)) =
-        (plain, weights.influence(), &weights.horizons)
-    else {
+/// What bonds count in a scene in which none is weakened: by their length where all points share horizon and influence
+/// function and no bond counts in part, else as the weights have kept it; `None` where they have not.
+pub(super) fn omega<'a>(scene: &Scene<'_>, weights: &'a Weights) -> Option<Omega<'a>> {
+    if scene.bonds.integrity.is_some() {
         return None;
+    }
+    let dimension = scene.dimension;
+    let horizon = match weights.horizons {
+        Property::Uniform(horizon) => horizon,
+        Property::PerPoint(_) => f64::INFINITY,
     };
-    Some(Omega { influence, dimension: scene.dimension, horizon: *horizon })
+    let each = weights.each();
+    let influence = match (each, weights.follow_length(scene)) {
+        (Some(_), _) => Influence::Constant,
+        (None, influence) => influence?,
+    };
+    Some(Omega { influence, dimension, horizon, each })
 }
 
 /// A table of so many rows from the front of the scratch, and the rest of it.
@@ -63,7 +69,7 @@ pub(super) fn record<const D: usize>(scene: &Scene<'_>, records: &mut [Record]) 
 }
 
 /// The families of a scene with records of its points, and bonds as they are.
-pub(super) fn family<'a>(scene: &Scene<'a>, records: &'a [Record], omega: Omega) -> Family<'a> {
+pub(super) fn family<'a>(scene: &Scene<'a>, records: &'a [Record], omega: Omega<'a>) -> Family<'a> {
     Family::new(scene.families, records, scene.bonds.intact, omega)
 }
 

@@ -11,6 +11,8 @@ use super::gradient::{Gradient, width};
 use super::{Scene, in_lanes};
 use crate::damage::Breaking;
 use crate::error::Result;
+use crate::families::Property;
+use crate::kernel::collocation::Collocation;
 use crate::kernel::family::{Family, Omega, Record, Table};
 use crate::kernel::gradient::{BEFORE_ROWS, GradientSweep, Kept, Kind, Moments, kept_width};
 use crate::kernel::gradient_pull::{GradientPull, PenaltyPull};
@@ -76,7 +78,7 @@ impl<'a, const D: usize, const SIZE: usize> Point<'a, D, SIZE> {
 #[derive(Clone, Copy)]
 pub(super) struct Sweep<'a> {
     pub(super) scene: &'a Scene<'a>,
-    pub(super) omega: Omega,
+    pub(super) omega: Omega<'a>,
     pub(super) records: &'a [Record],
 }
 
@@ -89,7 +91,9 @@ impl KeptRows {
         order: usize,
     ) -> Result<()> {
         let kept = self.kept.get_mut().unwrap_or_else(PoisonError::into_inner);
-        if in_lanes::omega(scene, weights).is_none() {
+        // Monomials of second order are over one horizon.
+        let several = order > 1 && !matches!(weights.horizons, Property::Uniform(_));
+        if several || in_lanes::omega(scene, weights).is_none() {
             return Ok(());
         }
         let each = kept_width(scene.dimension, width(order, scene.dimension));
@@ -99,7 +103,7 @@ impl KeptRows {
     }
 
     /// The influence of a scene that can be swept in lanes.
-    pub(super) fn omega(&self, scene: &Scene<'_>, weights: &Weights) -> Option<Omega> {
+    pub(super) fn omega<'a>(&self, scene: &Scene<'_>, weights: &'a Weights) -> Option<Omega<'a>> {
         let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.numbers.is_empty() { None } else { in_lanes::omega(scene, weights) }
     }
@@ -290,6 +294,21 @@ pub(super) fn pull_with_penalty<const D: usize, const C: usize>(
     let table = Table::new(&family, left);
     sweep.gather::<D>(force, |range, force| {
         sweep.scene.simd.run(PenaltyPull::<D, C> { family, table, range, force })
+    })
+}
+
+/// The divergence of tensors that rows have from `first` on, by operators on monomials and on du.
+pub(super) fn collocate<const D: usize, const SIZE: usize, const C: usize>(
+    sweep: Sweep<'_>,
+    rows: &[[f64; C]],
+    first: usize,
+    operators: impl Fn(usize) -> ([[f64; SIZE]; D], Tensor<D>) + Sync,
+    force: &mut [f64],
+) -> Option<usize> {
+    let (family, horizon) = (sweep.family(), sweep.omega.horizon);
+    let (table, operators) = (Table::new(&family, rows), &operators);
+    sweep.gather::<D>(force, |range, force| {
+        sweep.scene.simd.run(Collocation { family, table, first, horizon, operators, range, force })
     })
 }
 

@@ -9,16 +9,21 @@
 //! Where a family does not span the body, bonds count as undeformed (see `gradient`).
 
 use super::body::{Body, Weights};
+use super::breaking::Near;
 use super::constants;
 use super::correspondence::{self, add};
+use super::correspondence_lanes::PENALTY_ROW;
 use super::gradient::Shape;
+use super::kept_rows::KeptRows;
 use super::kinematics::Kinematics;
 use super::laws::{Laws, Sites};
 use super::operators::Moments;
-use super::passes::Passes;
+use super::passes::{Passes, Room};
 use super::state_based::StateBased;
-use super::{Formulation, FormulationEntry, Materials};
+use super::{EnergyPart, Formulation, FormulationEntry, Materials, Scene, in_lanes};
+use crate::damage::Breaking;
 use crate::error::Result;
+use crate::kernel::family::Record;
 use crate::material::{Answer, Deformation};
 use crate::tensor::{
     Tensor, Vector, applied, determinant, difference, inverse, product, read, scaled, transposed,
@@ -46,12 +51,13 @@ pub(super) const UPDATED: FormulationEntry = FormulationEntry {
     prepare: |materials| prepare(materials, true),
 };
 
-struct Lagrangian {
-    weights: Weights,
-    laws: Laws,
+pub(super) struct Lagrangian {
+    pub(super) weights: Weights,
+    pub(super) laws: Laws,
     updated: bool,
-    deformed: bool,
-    strong: bool,
+    pub(super) deformed: bool,
+    pub(super) strong: bool,
+    pub(super) kept: KeptRows,
 }
 
 fn prepare(materials: &Materials<'_>, updated: bool) -> Result<Box<dyn Formulation>> {
@@ -62,22 +68,32 @@ fn prepare(materials: &Materials<'_>, updated: bool) -> Result<Box<dyn Formulati
     }
     let weights = Weights::new(materials)?;
     let laws = Laws::new(materials, Sites::Points)?;
-    let lagrangian = Lagrangian { weights, laws, updated, deformed, strong };
+    let kept = KeptRows::default();
+    let lagrangian = Lagrangian { weights, laws, updated, deformed, strong, kept };
     Ok(Box::new(StateBased::new(materials, lagrangian)?))
 }
 
 /// What a point makes of its family.
-struct Own<const D: usize> {
-    deformation: Deformation<D>,
-    answer: Answer<D>,
+pub(super) struct Own<const D: usize> {
+    pub(super) deformation: Deformation<D>,
+    pub(super) answer: Answer<D>,
     /// What a bond is multiplied by for a gradient: of the undeformed one, and of the deformed one.
-    undeformed: Tensor<D>,
-    deformed: Tensor<D>,
+    pub(super) undeformed: Tensor<D>,
+    pub(super) deformed: Tensor<D>,
 }
 
 impl Lagrangian {
-    fn own<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> Own<D> {
-        let Moments { reference, mixed, now, moved, moved_now } = Moments::new(body, point);
+    pub(super) fn own<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> Own<D> {
+        self.own_of(body, point, &Moments::new(body, point))
+    }
+
+    pub(super) fn own_of<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        moments: &Moments<D>,
+    ) -> Own<D> {
+        let Moments { reference, mixed, now, moved, moved_now } = *moments;
         let shape = Shape::new(&reference);
         let spans = shape.rank == D;
         let gradient = if self.deformed && spans {
@@ -98,6 +114,27 @@ impl Lagrangian {
         Own { deformation, answer, undeformed, deformed }
     }
 
+    /// Leaves what bonds are multiplied by; with strong divergence stress and J too.
+    pub(super) fn leave<const D: usize>(&self, own: &Own<D>, scratch: &mut [f64]) {
+        let square = D * D;
+        let pull = |operator: &Tensor<D>| {
+            if self.strong { *operator } else { product(&own.answer.stress, operator) }
+        };
+        scratch[..square].copy_from_slice(pull(&own.undeformed).as_flattened());
+        scratch[square..2 * square].copy_from_slice(pull(&own.deformed).as_flattened());
+        if self.strong {
+            let ratio = self.volume_ratio(own);
+            let mut stress = own.answer.stress;
+            if self.updated {
+                // sigma = P F^T/J
+                let full = transposed(&own.deformation.full());
+                stress = scaled(&product(&stress, &full), 1.0 / ratio);
+            }
+            scratch[2 * square..3 * square].copy_from_slice(stress.as_flattened());
+            scratch[3 * square] = ratio;
+        }
+    }
+
     /// J where it counts.
     fn volume_ratio<const D: usize>(&self, own: &Own<D>) -> f64 {
         let spans = own.deformation.rank == D;
@@ -112,6 +149,10 @@ impl Lagrangian {
 impl Passes for Lagrangian {
     fn weights(&self) -> &Weights {
         &self.weights
+    }
+
+    fn weights_mut(&mut self) -> &mut Weights {
+        &mut self.weights
     }
 
     fn has_potential(&self) -> bool {
@@ -132,6 +173,43 @@ impl Passes for Lagrangian {
         ask(point, &self.own(body, point).deformation);
     }
 
+    fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
+        // Deformed bonds are weighed at one end for both.
+        if self.strong || self.weights.are_shared() {
+            self.kept.refer_to(scene, &self.weights, 1)?;
+        }
+        Ok(())
+    }
+
+    fn room_of_lanes(&self, points: usize, _: usize) -> usize {
+        points * (size_of::<Record>() / size_of::<f64>() + PENALTY_ROW) + 2 * in_lanes::SLACK
+    }
+
+    fn runs_in_lanes(&self, scene: &Scene<'_>) -> bool {
+        self.kept.omega(scene, &self.weights).is_some()
+    }
+
+    fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        scene: &Scene<'_>,
+        room: Room<'_>,
+        force: &mut [f64],
+        breaking: &mut Option<Breaking<'_>>,
+    ) -> Option<usize> {
+        self.swept_forces::<D>(scene, room, force, breaking)
+    }
+
+    fn energy_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        scene: &Scene<'_>,
+        room: Room<'_>,
+        density: &mut [f64],
+        part: EnergyPart,
+        near: Option<&Near<'_>>,
+    ) -> bool {
+        self.swept_energy::<D>(scene, room, density, part, near)
+    }
+
     /// What bonds are multiplied by; with strong divergence stress and J too.
     fn width(&self, dimension: usize) -> usize {
         let square = dimension * dimension;
@@ -145,23 +223,7 @@ impl Passes for Lagrangian {
         scratch: &mut [f64],
     ) -> bool {
         let own = self.own(body, point);
-        let square = D * D;
-        let pull = |operator: &Tensor<D>| {
-            if self.strong { *operator } else { product(&own.answer.stress, operator) }
-        };
-        scratch[..square].copy_from_slice(pull(&own.undeformed).as_flattened());
-        scratch[square..2 * square].copy_from_slice(pull(&own.deformed).as_flattened());
-        if self.strong {
-            let ratio = self.volume_ratio(&own);
-            let mut stress = own.answer.stress;
-            if self.updated {
-                // sigma = P F^T/J
-                let full = transposed(&own.deformation.full());
-                stress = scaled(&product(&stress, &full), 1.0 / ratio);
-            }
-            scratch[2 * square..3 * square].copy_from_slice(stress.as_flattened());
-            scratch[3 * square] = ratio;
-        }
+        self.leave(&own, scratch);
         own.answer.energy.is_finite()
     }
 
@@ -215,6 +277,6 @@ impl Passes for Lagrangian {
     }
 
     fn bytes(&self) -> usize {
-        self.laws.bytes()
+        self.laws.bytes() + self.kept.bytes()
     }
 }

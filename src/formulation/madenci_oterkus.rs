@@ -113,6 +113,10 @@ impl Passes for MadenciOterkus {
         &self.weights
     }
 
+    fn weights_mut(&mut self) -> &mut Weights {
+        &mut self.weights
+    }
+
     fn room_of_lanes(&self, points: usize, _: usize) -> usize {
         extension_lanes::room(points)
     }

@@ -19,6 +19,7 @@ mod in_lanes;
 mod kept_rows;
 mod kinematics;
 mod lagrangian;
+mod lagrangian_lanes;
 mod laws;
 mod madenci_oterkus;
 mod on_lattice;

@@ -202,12 +202,12 @@ impl Passes for PlasticLps {
         self.elastic.weights()
     }
 
-    fn corrected_modulus(&self, point: usize) -> Option<f64> {
-        self.elastic.corrected_modulus(point)
+    fn weights_mut(&mut self) -> &mut Weights {
+        self.elastic.weights_mut()
     }
 
-    fn correct(&mut self, factors: Vec<f64>) {
-        self.elastic.correct(factors);
+    fn corrected_modulus(&self, point: usize) -> Option<f64> {
+        self.elastic.corrected_modulus(point)
     }
 
     fn records(&self, points: usize, blocks: usize) -> usize {

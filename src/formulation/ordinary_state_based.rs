@@ -136,16 +136,16 @@ impl Passes for Lps {
         &self.weights
     }
 
+    fn weights_mut(&mut self) -> &mut Weights {
+        &mut self.weights
+    }
+
     fn corrected_modulus(&self, point: usize) -> Option<f64> {
         self.corrected.as_ref().map(|moduli| *moduli.at(point))
     }
 
-    fn correct(&mut self, factors: Vec<f64>) {
-        self.weights.correction = Some(factors);
-    }
-
     fn has_use_for_a_lattice(&self) -> bool {
-        let alike = self.moduli.only().is_some() && self.weights.are_uniform();
+        let alike = self.moduli.only().is_some() && self.weights.are_shared();
         alike && self.corrected.is_none()
     }
 

@@ -20,6 +20,8 @@ pub(super) struct Room<'a> {
 pub(super) trait Passes: Sized + Send + Sync {
     fn weights(&self) -> &Weights;
 
+    fn weights_mut(&mut self) -> &mut Weights;
+
     /// Whether forces are the slope of an energy where laws have one.
     fn has_potential(&self) -> bool {
         true
@@ -29,9 +31,6 @@ pub(super) trait Passes: Sized + Send + Sync {
     fn corrected_modulus(&self, _point: usize) -> Option<f64> {
         None
     }
-
-    /// Takes the factors of the surface.
-    fn correct(&mut self, _factors: Vec<f64>) {}
 
     /// Its laws, where it asks any.
     fn laws(&self) -> Option<&Laws> {

@@ -308,6 +308,10 @@ impl<P: Passes> Formulation for StateBased<P> {
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
+        let has_lanes = self.passes.room_of_lanes(1, scene.dimension) > 0;
+        if has_lanes {
+            self.passes.weights_mut().keep(scene)?;
+        }
         self.passes.refer_to(scene)?;
         if self.passes.corrected_modulus(0).is_none() {
             return Ok(());
@@ -326,8 +330,9 @@ impl<P: Passes> Formulation for StateBased<P> {
             },
             |point| self.passes.corrected_modulus(point).unwrap_or(0.0),
         )?;
-        self.passes.correct(factors);
-        Ok(())
+        let weights = self.passes.weights_mut();
+        weights.correction = Some(factors);
+        if has_lanes { weights.keep(scene) } else { Ok(()) }
     }
 
     fn scratch(&self, points: usize, blocks: usize, dimension: usize, breaks: bool) -> usize {

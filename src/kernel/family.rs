@@ -20,21 +20,29 @@ pub(crate) struct Family<'a> {
     records: &'a [Record],
     /// One bit a lane.
     intact: &'a [u8],
-    omega: Omega,
+    omega: Omega<'a>,
 }
 
-/// omega(L), the same for all points.
+/// omega(L), the same for all points, or what bonds count one by one.
 #[derive(Clone, Copy)]
-pub(crate) struct Omega {
+pub(crate) struct Omega<'a> {
     pub(crate) influence: Influence,
     pub(crate) dimension: usize,
     pub(crate) horizon: f64,
+    pub(crate) each: Option<EachBond<'a>>,
 }
 
-impl Omega {
+/// What each bond counts in the family of its own end, and in that of the other.
+#[derive(Clone, Copy)]
+pub(crate) struct EachBond<'a> {
+    pub(crate) own: &'a [f64],
+    pub(crate) back: &'a [f64],
+}
+
+impl Omega<'_> {
     /// 1
     pub(crate) const EVEN: Self =
-        Self { influence: Influence::Constant, dimension: 3, horizon: f64::INFINITY };
+        Self { influence: Influence::Constant, dimension: 3, horizon: f64::INFINITY, each: None };
 }
 
 /// Bonds that are computed together.
@@ -79,7 +87,7 @@ impl<'a> Family<'a> {
         families: &'a Families,
         records: &'a [Record],
         intact: &'a [u8],
-        omega: Omega,
+        omega: Omega<'a>,
     ) -> Self {
         let Families { offsets, neighbors, inverse_lengths, .. } = families;
         let inverses = inverse_lengths.as_ref();
@@ -87,6 +95,10 @@ impl<'a> Family<'a> {
         assert_eq!(offsets[records.len()] as usize, intact.len());
         assert_eq!(neighbors.len(), intact.len() * LANES);
         assert!(inverses.is_none_or(|inverses| inverses.len() == neighbors.len()));
+        if let Some(EachBond { own, back }) = omega.each {
+            assert_eq!(own.len(), neighbors.len());
+            assert_eq!(back.len(), neighbors.len());
+        }
         Self { families, records, intact, omega }
     }
 
@@ -194,7 +206,7 @@ impl<'a> Family<'a> {
         self.references(simd, own, slot).0
     }
 
-    /// omega times another factor, of the bonds from a slot on with their xi.
+    /// What bonds count in the point's own family times another factor, of those from a slot on with their xi.
     #[inline(always)]
     pub(super) fn weighted<S: Simd, const D: usize>(
         &self,
@@ -203,16 +215,50 @@ impl<'a> Family<'a> {
         reference: &[S::Lanes; D],
         factor: S::Lanes,
     ) -> S::Lanes {
-        match self.omega.influence {
-            Influence::Constant => factor,
+        match (self.omega.each, self.omega.influence) {
+            (Some(each), _) => factor * from_slot(simd, each.own, slot),
+            (None, Influence::Constant) => factor,
             _ => factor * self.weights(simd, slot, reference),
         }
     }
 
-    /// Whether omega is not 1.
+    /// What they count in the families of the other ends times another factor.
+    #[inline(always)]
+    pub(super) fn weighted_back<S: Simd, const D: usize>(
+        &self,
+        simd: S,
+        slot: usize,
+        reference: &[S::Lanes; D],
+        factor: S::Lanes,
+    ) -> S::Lanes {
+        match (self.omega.each, self.omega.influence) {
+            (Some(each), _) => factor * from_slot(simd, each.back, slot),
+            (None, Influence::Constant) => factor,
+            _ => factor * self.weights(simd, slot, reference),
+        }
+    }
+
+    /// What they count in both, each times a factor of its own.
+    #[inline(always)]
+    pub(super) fn weighted_both<S: Simd, const D: usize>(
+        &self,
+        simd: S,
+        slot: usize,
+        reference: &[S::Lanes; D],
+        own: S::Lanes,
+        back: S::Lanes,
+    ) -> S::Lanes {
+        if self.omega.each.is_some() {
+            let own = self.weighted(simd, slot, reference, own);
+            return own + self.weighted_back(simd, slot, reference, back);
+        }
+        self.weighted(simd, slot, reference, own + back)
+    }
+
+    /// Whether bonds count other than 1.
     #[inline(always)]
     pub(super) fn is_weighted(&self) -> bool {
-        self.omega.influence != Influence::Constant
+        self.omega.each.is_some() || self.omega.influence != Influence::Constant
     }
 
     /// 1/L of the bonds from a slot on with their xi; not a number in lanes without a bond.
@@ -230,10 +276,7 @@ impl<'a> Family<'a> {
             }
             return self.families.unit.inverse_length(simd, squared);
         };
-        debug_assert!(slot + S::WIDTH <= inverses.len());
-        prefetch(inverses, slot + AHEAD * LANES);
-        // SAFETY: slots are those of a point's blocks, which end before the lists do.
-        simd.load(unsafe { inverses.get_unchecked(slot..slot + S::WIDTH) })
+        from_slot(simd, inverses, slot)
     }
 
     /// omega of the bonds from a slot on with their xi; in the rim of the horizon that at the horizon.
@@ -244,7 +287,7 @@ impl<'a> Family<'a> {
         slot: usize,
         reference: &[S::Lanes; D],
     ) -> S::Lanes {
-        let Omega { influence, dimension, horizon } = self.omega;
+        let Omega { influence, dimension, horizon, .. } = self.omega;
         let one = simd.splat(1.0);
         // horizon/L
         let closeness =
@@ -263,6 +306,15 @@ impl<'a> Family<'a> {
             }
         }
     }
+}
+
+/// The numbers of lanes from a slot on; there is one for each.
+#[inline(always)]
+fn from_slot<S: Simd>(simd: S, numbers: &[f64], slot: usize) -> S::Lanes {
+    prefetch(numbers, slot + AHEAD * LANES);
+    debug_assert!(slot + S::WIDTH <= numbers.len());
+    // SAFETY: slots are those of a point's blocks, which end before the lists do, and there is a number for each.
+    simd.load(unsafe { numbers.get_unchecked(slot..slot + S::WIDTH) })
 }
 
 impl<F: Lanes, const D: usize> Bonds<F, D> {
@@ -293,11 +345,20 @@ impl<F: Lanes, const D: usize> Bonds<F, D> {
 }
 
 impl<F: Lanes> Lengths<F> {
-    /// Not a number in lanes without a bond.
+    /// Not a number in lanes without a bond. Right to 2e-19 of a length; where bonds count one by one to the last bits of
+    /// the stretch, as loops over single bonds are.
     #[inline(always)]
-    pub(super) fn stretches<S: Simd<Lanes = F>>(&self, simd: S) -> Stretches<F> {
+    pub(super) fn stretches<S: Simd<Lanes = F>>(
+        &self,
+        simd: S,
+        family: &Family<'_>,
+    ) -> Stretches<F> {
         let one = simd.splat(1.0);
         let change = self.change * self.squared.reciprocal();
+        if family.omega.each.is_some() {
+            let root = (one + change).max(simd.splat(LEAST)).sqrt();
+            return Stretches { shrunk: one / root, stretch: change / (one + root) };
+        }
         let shortfall = change.shortfall();
         let shrunk = one - shortfall;
         let ratio = (one + change).max(simd.splat(LEAST));

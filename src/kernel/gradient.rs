@@ -80,7 +80,7 @@ pub(crate) struct GradientSweep<'a, W, K, F, const D: usize, const SIZE: usize> 
 
 /// Monomials of bonds: their vectors, and with second order these over the horizon and their products.
 #[inline(always)]
-fn monomials<S: Simd, const D: usize, const SIZE: usize>(
+pub(super) fn monomials<S: Simd, const D: usize, const SIZE: usize>(
     simd: S,
     reference: &[S::Lanes; D],
     horizon: f64,

@@ -54,7 +54,7 @@ impl<const D: usize, const C: usize> Kernel for GradientPull<'_, D, C> {
 }
 
 /// The same with a penalty: sum w V_j (T_j xi + C_j du) over the other ends j, and C_i sum w V_j du. Rows of the table
-/// have place and volume, displacement, and the columns of T and C, in four numbers each.
+/// have place and volume, displacement, and the columns of T and C, in four numbers each. Both ends give a bond the same weight.
 pub(crate) struct PenaltyPull<'a, const D: usize, const C: usize> {
     pub(crate) family: Family<'a>,
     pub(crate) table: Table<'a, C>,
@@ -116,7 +116,7 @@ impl<const D: usize, const C: usize> Kernel for PenaltyPull<'_, D, C> {
     }
 }
 
-/// Calls `take` with lane, other end and weight of the bonds of a point; the weight is 1 unless the family weighs them.
+/// Calls `take` with lane, other end and weight there of the bonds of a point; it is 1 unless the family weighs them.
 #[inline(always)]
 fn each_bond<S: Simd, const D: usize>(
     simd: S,
@@ -132,8 +132,10 @@ fn each_bond<S: Simd, const D: usize>(
         let bits = family.bits(slot);
         if weighs {
             for lane in (0..8).step_by(S::WIDTH) {
-                let reference = family.reference_for_weight::<S, D>(simd, &own, slot + lane);
-                family.weights(simd, slot + lane, &reference).store(&mut weights[lane..]);
+                let (one, slot) = (simd.splat(1.0), slot + lane);
+                let reference = family.reference_for_weight::<S, D>(simd, &own, slot);
+                let weight = family.weighted_back(simd, slot, &reference, one);
+                weight.store(&mut weights[lane..]);
             }
         }
         let names = family.block(slot);

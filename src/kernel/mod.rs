@@ -1,6 +1,7 @@
 //! The inner loops over bonds, eight at a time.
 
 pub(crate) mod bond_based;
+pub(crate) mod collocation;
 pub(crate) mod family;
 pub(crate) mod gradient;
 pub(crate) mod gradient_pull;

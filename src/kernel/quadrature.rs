@@ -213,8 +213,14 @@ where
                 let at = middles.at(simd, &end, slot, mask);
                 odd = odd + at.odd;
                 let (_, stress) = law.answer(simd, &family, (point, slot), bits, &at.gradient);
-                let weight = at.weight.mul_add(half, end.half_weight) * at.volume;
-                let weight = family.weighted(simd, slot, &at.reference, weight).only(mask);
+                let weight = family.weighted_both(
+                    simd,
+                    slot,
+                    &at.reference,
+                    end.half_weight,
+                    at.weight * half,
+                );
+                let weight = (weight * at.volume).only(mask);
                 for axis in 0..D {
                     let mut pull = stress[axis][0] * at.along[0];
                     for column in 1..D {

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use perion::{Field, MaterialBatch, Model, Quantity, SimdLevel, Simulation};
 
-use super::{Body, Form, INFLUENCES, apart, forms, largest};
+use super::{Body, Form, INFLUENCES, apart, bodies, forms, largest};
 use crate::scene::{Horizons, Recipe, bonds, state_bits};
 
 /// Bodies of one horizon and one influence function, of one material and of two, in 3D, plane strain and plane stress.
@@ -56,25 +56,40 @@ fn grade(simulation: &mut Simulation) {
     simulation.set_bond_integrity(&[whole], &[1.0]).unwrap();
 }
 
+/// These, and bodies with unequal horizons, influence functions of two materials, and part volumes at the rim.
+fn all_bodies() -> impl Iterator<Item = Body> {
+    even_bodies().chain(bodies())
+}
+
 fn levels() -> impl Iterator<Item = SimdLevel> {
     SimdLevel::ALL.into_iter().filter(|level| level.is_available())
 }
 
+/// A body with a share of its bonds cut, on a level, or computed by the loops over single bonds.
+fn ready(
+    body: &Body,
+    mut simulation: Simulation,
+    level: Option<SimdLevel>,
+    share: f64,
+) -> Simulation {
+    if let Some(level) = level {
+        simulation.set_simd(level).unwrap();
+    }
+    cut(body, &mut simulation, share);
+    if level.is_none() {
+        grade(&mut simulation);
+    }
+    simulation
+}
+
 #[test]
 fn every_level_gives_the_forces_of_single_bonds() {
-    for body in even_bodies() {
+    for body in all_bodies() {
         let moved = body.shaken();
         for form in forms(body.scene.dimension) {
             for share in [0.0, 0.3] {
                 let force = |level: Option<SimdLevel>| {
-                    let mut simulation = body.simulation(form);
-                    if let Some(level) = level {
-                        simulation.set_simd(level).unwrap();
-                    }
-                    cut(&body, &mut simulation, share);
-                    if level.is_none() {
-                        grade(&mut simulation);
-                    }
+                    let mut simulation = ready(&body, body.simulation(form), level, share);
                     simulation.set(Field::Displacement, &moved).unwrap();
                     simulation.evaluate().unwrap();
                     let force = simulation.get(Field::InternalForce).unwrap();
@@ -111,20 +126,13 @@ fn worst_on_every_level(name: &str, shown: impl Fn(Option<SimdLevel>) -> Vec<Vec
 
 #[test]
 fn every_level_gives_the_energies_of_single_bonds() {
-    for body in even_bodies() {
+    for body in all_bodies() {
         let moved = body.shaken();
         for form in forms(body.scene.dimension) {
             for share in [0.0, 0.3] {
                 let name = format!("{form:?} {share}");
                 let worst = worst_on_every_level(&name, |level| {
-                    let mut simulation = body.simulation(form);
-                    if let Some(level) = level {
-                        simulation.set_simd(level).unwrap();
-                    }
-                    cut(&body, &mut simulation, share);
-                    if level.is_none() {
-                        grade(&mut simulation);
-                    }
+                    let mut simulation = ready(&body, body.simulation(form), level, share);
                     simulation.set(Field::Displacement, &moved).unwrap();
                     [Field::StrainEnergyDensity, Field::StabilizationEnergyDensity]
                         .map(|field| simulation.get(field).unwrap())
@@ -133,6 +141,68 @@ fn every_level_gives_the_energies_of_single_bonds() {
                 assert!(worst < 1e-12, "{name}: {worst}");
             }
         }
+    }
+}
+
+/// Keys and what is chosen for them.
+type Choices = &'static [(&'static str, &'static str)];
+
+#[test]
+fn deformed_bonds_and_strong_forms_pull_the_same_on_every_level() {
+    let options: [(&str, u32, Choices); 7] = [
+        ("total_lagrangian", 1, &[("operator_bonds", "deformed")]),
+        ("total_lagrangian", 1, &[("divergence", "strong")]),
+        ("total_lagrangian", 1, &[("operator_bonds", "deformed"), ("divergence", "strong")]),
+        ("updated_lagrangian", 1, &[("operator_bonds", "undeformed"), ("divergence", "strong")]),
+        ("updated_lagrangian", 1, &[("operator_bonds", "deformed"), ("divergence", "strong")]),
+        ("correspondence", 1, &[("divergence", "strong")]),
+        ("correspondence", 2, &[("divergence", "strong")]),
+    ];
+    for body in all_bodies() {
+        let laws = [body.law, "hypoelastic"];
+        for (law, (name, order, choices)) in
+            laws.into_iter().flat_map(|law| options.map(|option| (law, option)))
+        {
+            let form = Form { name, order };
+            let name = format!("{form:?} {choices:?} {law}");
+            let worst = worst_on_every_level(&name, |level| {
+                let simulation = body.changed(form, |model| {
+                    model.choose("material", law).unwrap();
+                    for (key, choice) in choices {
+                        model.choose(key, choice).unwrap();
+                    }
+                });
+                let mut simulation = ready(&body, simulation, level, 0.2);
+                let moved = body.shaken();
+                let less: Vec<f64> = moved.iter().map(|u| 0.5 * u).collect();
+                simulation.set(Field::Displacement, &less).unwrap();
+                simulation.commit(0.0).unwrap();
+                simulation.set(Field::Displacement, &moved).unwrap();
+                simulation.evaluate().unwrap();
+                [Field::InternalForce, Field::StrainEnergyDensity]
+                    .map(|field| simulation.get(field).unwrap())
+                    .into()
+            });
+            assert!(worst < 1e-11, "{name}: {worst}");
+        }
+    }
+}
+
+#[test]
+fn a_corrected_surface_is_the_same_on_every_level() {
+    for body in all_bodies() {
+        let form = Form { name: "ordinary_state_based", order: 1 };
+        let worst = worst_on_every_level("a corrected surface", |level| {
+            let simulation =
+                body.changed(form, |model| model.choose("surface_correction", "energy").unwrap());
+            let mut simulation = ready(&body, simulation, level, 0.2);
+            simulation.set(Field::Displacement, &body.shaken()).unwrap();
+            simulation.evaluate().unwrap();
+            [Field::InternalForce, Field::StrainEnergyDensity]
+                .map(|field| simulation.get(field).unwrap())
+                .into()
+        });
+        assert!(worst < 1e-12, "{worst}");
     }
 }
 
@@ -169,7 +239,7 @@ fn choose(model: &mut Model, law: &str) {
 
 #[test]
 fn laws_with_memory_answer_the_same_on_every_level() {
-    for (number, body) in even_bodies().take(6).enumerate() {
+    for (number, body) in all_bodies().step_by(2).enumerate() {
         let laws =
             [["hypoelastic"; 2], ["j2_plastic"; 2], ["host"; 2], ["j2_plastic", "neo_hookean"]];
         for form in forms(body.scene.dimension).filter(|form| form.has_law()) {
@@ -187,13 +257,7 @@ fn laws_with_memory_answer_the_same_on_every_level() {
                     if !body.scene.second.is_empty() {
                         simulation.assign_model("second", &models[1]).unwrap();
                     }
-                    if let Some(level) = level {
-                        simulation.set_simd(level).unwrap();
-                    }
-                    cut(&body, &mut simulation, 0.1);
-                    if level.is_none() {
-                        grade(&mut simulation);
-                    }
+                    let mut simulation = ready(&body, simulation, level, 0.1);
                     let mut random = body.scene.random(31);
                     for _ in 0..3 {
                         let components = body.scene.components();
@@ -222,7 +286,7 @@ fn laws_with_memory_answer_the_same_on_every_level() {
 
 #[test]
 fn every_level_breaks_the_same_bonds_and_books_the_same_loss() {
-    for body in even_bodies().take(6) {
+    for body in all_bodies().step_by(2) {
         let moved: Vec<f64> = body
             .scene
             .coordinates
