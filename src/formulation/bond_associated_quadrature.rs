@@ -13,16 +13,14 @@
 
 use super::body::{Body, Link, Weights};
 use super::bond_associated_quadrature_lanes::GRADIENT;
-use super::breaking::Near;
 use super::constants;
 use super::correspondence::{add, add_pulls, gradient_at};
 use super::gradient::width;
 use super::kept_rows::KeptRows;
 use super::laws::{Laws, Sites};
-use super::passes::{Passes, Room};
+use super::passes::{EnergySweep, ForceSweep, Passes};
 use super::state_based::StateBased;
-use super::{EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
-use crate::damage::Breaking;
+use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::error::Result;
 use crate::kernel::family::Record;
 use crate::kernel::quadrature::Stress;
@@ -297,23 +295,16 @@ impl Passes for Baqp {
 
     fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        force: &mut [f64],
-        breaking: &mut Option<Breaking<'_>>,
+        sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        self.swept_forces::<D, SIZE, C>(scene, room, force, breaking)
+        self.swept_forces::<D, SIZE, C>(sweep)
     }
 
     fn energy_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        density: &mut [f64],
-        part: EnergyPart,
-        near: Option<&Near<'_>>,
+        sweep: EnergySweep<'_>,
     ) -> bool {
-        self.swept_energy::<D, SIZE>(scene, room, density, part, near)
+        self.swept_energy::<D, SIZE>(sweep)
     }
 
     fn width(&self, dimension: usize) -> usize {

@@ -8,10 +8,9 @@ use std::cell::RefCell;
 
 use super::body::Body;
 use super::bond_associated_quadrature::{Baqp, MOST_LEFT, before_rows};
-use super::breaking::Near;
 use super::correspondence::gradient_at;
 use super::kept_rows::{Order, Point, Points, Sweep, leave, pull};
-use super::passes::{Passes, Room};
+use super::passes::{EnergySweep, ForceSweep, Passes};
 use super::{Asked, EnergyPart, Scene, in_lanes};
 use crate::damage::Breaking;
 use crate::families::LANES;
@@ -208,16 +207,13 @@ impl Baqp {
 
     pub(super) fn swept_forces<const D: usize, const SIZE: usize, const C: usize>(
         &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        force: &mut [f64],
-        breaking: &mut Option<Breaking<'_>>,
+        sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
+        let ForceSweep { scene, room, force, breaking } = sweep;
         let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
-        let (records, rest) = in_lanes::table(room.tables, count);
+        let (records, rest) = in_lanes::record::<D>(scene, room.tables);
         let (gradients, rest) = in_lanes::table(rest, count);
         let (left, _) = in_lanes::table::<C>(rest, count);
-        in_lanes::record::<D>(scene, records);
         let sweep = Sweep { scene, omega, records };
         let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, breaking, |_| true);
         let scene = &in_lanes::remaining(scene, breaking);
@@ -232,17 +228,13 @@ impl Baqp {
 
     pub(super) fn swept_energy<const D: usize, const SIZE: usize>(
         &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        density: &mut [f64],
-        part: EnergyPart,
-        near: Option<&Near<'_>>,
+        sweep: EnergySweep<'_>,
     ) -> bool {
+        let EnergySweep { scene, room, density, part, near } = sweep;
         let Some(omega) = self.kept.omega(scene, &self.weights) else { return false };
         let count = scene.places.len();
-        let (records, rest) = in_lanes::table(room.tables, count);
+        let (records, rest) = in_lanes::record::<D>(scene, room.tables);
         let (gradients, _) = in_lanes::table(rest, count);
-        in_lanes::record::<D>(scene, records);
         let sweep = Sweep { scene, omega, records };
         let passed = |point| near.is_none_or(|near| near.wants_pass(point));
         let wanted = |point| near.is_none_or(|near| near.wants_energy(point));

@@ -29,8 +29,7 @@ fn sweep_stretches<const D: usize>(
     room: &mut [f64],
     breaking: &mut Breaking<'_>,
 ) {
-    let (records, _) = in_lanes::table(room, scene.places.len());
-    in_lanes::record::<D>(scene, records);
+    let (records, _) = in_lanes::record::<D>(scene, room);
     let family = in_lanes::family(scene, records, Omega::EVEN);
     let limits = Limits::new(breaking.rule);
     let offsets = &scene.families.offsets;

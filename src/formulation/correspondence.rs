@@ -8,17 +8,15 @@
 use std::f64::consts::PI;
 
 use super::body::{Body, Link, Weights};
-use super::breaking::Near;
 use super::constants;
 use super::correspondence_lanes::PENALTY_ROW;
 use super::correspondence_lattice::LatticeRows;
 use super::gradient::{Gradient, MOST, monomials, width};
 use super::kept_rows::KeptRows;
 use super::laws::{Laws, Sites};
-use super::passes::{Passes, Room};
+use super::passes::{EnergySweep, ForceSweep, Passes};
 use super::state_based::StateBased;
-use super::{EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
-use crate::damage::Breaking;
+use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::error::Result;
 use crate::families::Property;
 use crate::kernel::family::Record;
@@ -305,34 +303,26 @@ impl Passes for Correspondence {
 
     fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        force: &mut [f64],
-        breaking: &mut Option<Breaking<'_>>,
+        sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        if let (Some(lattice), Some(rows)) = (&scene.families.lattice, &self.lattice) {
-            let omega = self.kept.omega(scene, &self.weights)?;
+        if let (Some(lattice), Some(rows)) = (&sweep.scene.families.lattice, &self.lattice) {
             let on = (lattice, rows);
             return match D {
-                3 => self.forces_on_lattice::<3, 9>(scene, on, omega, force, breaking),
-                _ => self.forces_on_lattice::<2, 4>(scene, on, omega, force, breaking),
+                3 => self.forces_on_lattice::<3, 9>(on, sweep),
+                _ => self.forces_on_lattice::<2, 4>(on, sweep),
             };
         }
         if self.is_stabilised() {
-            return self.swept_forces::<D, D, PENALTY_ROW, true>(scene, room, force, breaking);
+            return self.swept_forces::<D, D, PENALTY_ROW, true>(sweep);
         }
-        self.swept_forces::<D, SIZE, C, false>(scene, room, force, breaking)
+        self.swept_forces::<D, SIZE, C, false>(sweep)
     }
 
     fn energy_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        density: &mut [f64],
-        part: EnergyPart,
-        near: Option<&Near<'_>>,
+        sweep: EnergySweep<'_>,
     ) -> bool {
-        self.swept_energy::<D, SIZE>(scene, room, density, part, near)
+        self.swept_energy::<D, SIZE>(sweep)
     }
 
     /// P rows (with strong divergence: P and rows), and C and H with a penalty.

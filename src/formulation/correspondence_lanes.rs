@@ -9,9 +9,8 @@ use super::gradient::Gradient;
 use super::kept_rows::{
     Order, Point, Points, Sweep, collocate, leave, leave_penalty, pull, pull_with_penalty,
 };
-use super::passes::{Passes, Room};
+use super::passes::{EnergySweep, ForceSweep, Passes};
 use super::{Asked, EnergyPart, Scene, in_lanes};
-use crate::damage::Breaking;
 use crate::kernel::family::Record;
 use crate::kernel::gradient::UnseenSweep;
 use crate::material::{Answer, Deformation};
@@ -137,16 +136,13 @@ impl Correspondence {
         const PENALTY: bool,
     >(
         &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        force: &mut [f64],
-        breaking: &mut Option<Breaking<'_>>,
+        sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
+        let ForceSweep { scene, room, force, breaking } = sweep;
         let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
-        let (records, rest) = in_lanes::table(room.tables, count);
+        let (records, rest) = in_lanes::record::<D>(scene, room.tables);
         let (left, _) = in_lanes::table::<C>(rest, count);
-        in_lanes::record::<D>(scene, records);
-        let sweep = Sweep { scene, omega, records: &*records };
+        let sweep = Sweep { scene, omega, records };
         let pulls = Pulls { correspondence: self, records, bad: AtomicUsize::new(usize::MAX) };
         let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1));
         let kept = if self.laws.remember() {
@@ -256,17 +252,13 @@ impl Correspondence {
 
     pub(super) fn swept_energy<const D: usize, const SIZE: usize>(
         &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        density: &mut [f64],
-        part: EnergyPart,
-        near: Option<&Near<'_>>,
+        sweep: EnergySweep<'_>,
     ) -> bool {
+        let EnergySweep { scene, room, density, part, near } = sweep;
         let Some(omega) = self.kept.omega(scene, &self.weights) else { return false };
         let count = scene.places.len();
-        let (records, rest) = in_lanes::table(room.tables, count);
-        in_lanes::record::<D>(scene, records);
-        let sweep = Sweep { scene, omega, records: &*records };
+        let (records, rest) = in_lanes::record::<D>(scene, room.tables);
+        let sweep = Sweep { scene, omega, records };
         let wanted = |point| near.is_none_or(|near| near.wants_energy(point));
         density.fill(0.0);
         if part == EnergyPart::Stabilization {

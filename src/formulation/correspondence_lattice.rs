@@ -7,12 +7,11 @@ use super::body::Body;
 use super::correspondence::Correspondence;
 use super::kept_rows::keep;
 use super::on_lattice::{LatticeState, OnLattice, Parts};
+use super::passes::ForceSweep;
 use super::{Scene, in_lanes};
-use crate::damage::Breaking;
 use crate::error::Result;
 use crate::families::LANES;
 use crate::families::lattice::Lattice;
-use crate::kernel::family::Omega;
 use crate::kernel::gradient::{Kept, Moments, kept_width};
 use crate::kernel::lattice::{Breaks, PullSweep, StressSweep, is_odd, kept_sums};
 use crate::kernel::quadrature::Stress;
@@ -61,12 +60,11 @@ impl Correspondence {
 
     pub(super) fn forces_on_lattice<const D: usize, const N: usize>(
         &self,
-        scene: &Scene<'_>,
         (lattice, rows): (&Lattice, &LatticeRows),
-        omega: Omega,
-        force: &mut [f64],
-        breaking: &mut Option<Breaking<'_>>,
+        sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
+        let ForceSweep { scene, force, breaking, .. } = sweep;
+        let omega = self.kept.omega(scene, &self.weights)?;
         let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref());
         let each = kept_width(D, D);
         let (any_odd, bad) = (AtomicBool::new(false), AtomicUsize::new(usize::MAX));

@@ -3,10 +3,8 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::Weights;
-use super::breaking::Near;
-use super::passes::Room;
-use super::{Scene, in_lanes};
-use crate::damage::Breaking;
+use super::in_lanes;
+use super::passes::{EnergySweep, ForceSweep};
 use crate::kernel::family::Record;
 use crate::kernel::ordinary_state_based::{Extensions, OtherPull, OwnPull};
 use crate::workers::PerPoint;
@@ -18,17 +16,14 @@ pub(super) fn room(points: usize) -> usize {
 
 /// Forces of a scene that can be swept in lanes; `pulls`: a and b of a point, from its sums.
 pub(super) fn forces<const D: usize, const PER_LENGTH: bool>(
-    scene: &Scene<'_>,
+    sweep: ForceSweep<'_, '_>,
     weights: &Weights,
-    room: Room<'_>,
-    force: &mut [f64],
-    breaking: &mut Option<Breaking<'_>>,
     pulls: impl Fn(usize, [f64; 2]) -> [f64; 2] + Sync,
 ) -> Option<usize> {
+    let ForceSweep { scene, room, force, breaking } = sweep;
     let (omega, count) = (in_lanes::omega(scene, weights)?, scene.places.len());
-    let (records, rest) = in_lanes::table(room.tables, count);
+    let (records, rest) = in_lanes::record::<D>(scene, room.tables);
     let (left, _) = in_lanes::table(rest, count);
-    in_lanes::record::<D>(scene, records);
     let family = in_lanes::family(scene, records, omega);
     let (masks, limits) = in_lanes::masks(scene, breaking);
     let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1), masks);
@@ -54,17 +49,14 @@ pub(super) fn forces<const D: usize, const PER_LENGTH: bool>(
 
 /// Energies of such a scene; `energy`: that of a point, from its sums and sum w e^2 V.
 pub(super) fn energies<const D: usize, const PER_LENGTH: bool>(
-    scene: &Scene<'_>,
+    sweep: EnergySweep<'_>,
     weights: &Weights,
-    room: Room<'_>,
-    density: &mut [f64],
-    near: Option<&Near<'_>>,
     energy: impl Fn(usize, [f64; 2], f64) -> f64 + Sync,
 ) -> bool {
+    let EnergySweep { scene, room, density, near, .. } = sweep;
     let Some(omega) = in_lanes::omega(scene, weights) else { return false };
     let count = scene.places.len();
-    let (records, _) = in_lanes::table(room.tables, count);
-    in_lanes::record::<D>(scene, records);
+    let (records, _) = in_lanes::record::<D>(scene, room.tables);
     let family = in_lanes::family(scene, records, omega);
     let wanted = |point| near.is_none_or(|near| near.wants_energy(point));
     density.fill(0.0);

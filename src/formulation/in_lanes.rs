@@ -56,16 +56,21 @@ pub(super) fn table<const C: usize>(
     (table.as_chunks_mut().0, rest)
 }
 
-/// Fills in the records of all points.
-pub(super) fn record<const D: usize>(scene: &Scene<'_>, records: &mut [Record]) {
+/// Records of all points from the front of the scratch, and the rest of it.
+pub(super) fn record<'a, const D: usize>(
+    scene: &Scene<'_>,
+    scratch: &'a mut [f64],
+) -> (&'a [Record], &'a mut [f64]) {
+    let (records, rest) = table(scratch, scene.places.len());
     let (shifts, _) = scene.displacement.as_chunks::<D>();
-    scene.workers.sweep(scene.places.len(), PerPoint(records, 1), |range, records| {
+    scene.workers.sweep(scene.places.len(), PerPoint(&mut *records, 1), |range, records| {
         for (record, point) in records.0.iter_mut().zip(range) {
             *record = [0.0; 8];
             record[..4].copy_from_slice(&scene.places[point]);
             record[4..4 + D].copy_from_slice(&shifts[point]);
         }
     });
+    (records, rest)
 }
 
 /// The families of a scene with records of its points, and bonds as they are.

@@ -9,7 +9,6 @@
 //! Where a family does not span the body, bonds count as undeformed (see `gradient`).
 
 use super::body::{Body, Weights};
-use super::breaking::Near;
 use super::constants;
 use super::correspondence::{self, add};
 use super::correspondence_lanes::PENALTY_ROW;
@@ -18,10 +17,9 @@ use super::kept_rows::KeptRows;
 use super::kinematics::Kinematics;
 use super::laws::{Laws, Sites};
 use super::operators::Moments;
-use super::passes::{Passes, Room};
+use super::passes::{EnergySweep, ForceSweep, Passes};
 use super::state_based::StateBased;
-use super::{EnergyPart, Formulation, FormulationEntry, Materials, Scene, in_lanes};
-use crate::damage::Breaking;
+use super::{Formulation, FormulationEntry, Materials, Scene, in_lanes};
 use crate::error::Result;
 use crate::kernel::family::Record;
 use crate::material::{Answer, Deformation};
@@ -191,23 +189,16 @@ impl Passes for Lagrangian {
 
     fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        force: &mut [f64],
-        breaking: &mut Option<Breaking<'_>>,
+        sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        self.swept_forces::<D>(scene, room, force, breaking)
+        self.swept_forces::<D>(sweep)
     }
 
     fn energy_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        density: &mut [f64],
-        part: EnergyPart,
-        near: Option<&Near<'_>>,
+        sweep: EnergySweep<'_>,
     ) -> bool {
-        self.swept_energy::<D>(scene, room, density, part, near)
+        self.swept_energy::<D>(sweep)
     }
 
     /// What bonds are multiplied by; with strong divergence stress and J too.

@@ -11,7 +11,7 @@ use super::correspondence_lanes::PENALTY_ROW;
 use super::kept_rows::{Order, Point, Points, Sweep, collocate, leave_penalty, pull_with_penalty};
 use super::lagrangian::{Lagrangian, Own};
 use super::operators::Moments;
-use super::passes::Room;
+use super::passes::{EnergySweep, ForceSweep};
 use super::{Asked, EnergyPart, Scene, in_lanes};
 use crate::damage::Breaking;
 use crate::kernel::gradient::UnseenSweep;
@@ -113,18 +113,11 @@ impl Lagrangian {
         laws.ask_host(scene, records);
     }
 
-    pub(super) fn swept_forces<const D: usize>(
-        &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        force: &mut [f64],
-        breaking: &mut Option<Breaking<'_>>,
-    ) -> Option<usize> {
+    pub(super) fn swept_forces<const D: usize>(&self, sweep: ForceSweep<'_, '_>) -> Option<usize> {
+        let ForceSweep { scene, room, force, breaking } = sweep;
         let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
-        let (records, rest) = in_lanes::table(room.tables, count);
+        let (records, rest) = in_lanes::record::<D>(scene, room.tables);
         let (left, _) = in_lanes::table::<PENALTY_ROW>(rest, count);
-        in_lanes::record::<D>(scene, records);
-        let records = &*records;
         let sweep = Sweep { scene, omega, records };
         let kept = &self.swept_rows::<D>(sweep, left, breaking, |_| true);
         let scene = &in_lanes::remaining(scene, breaking);
@@ -168,19 +161,12 @@ impl Lagrangian {
         })
     }
 
-    pub(super) fn swept_energy<const D: usize>(
-        &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        density: &mut [f64],
-        part: EnergyPart,
-        near: Option<&Near<'_>>,
-    ) -> bool {
+    pub(super) fn swept_energy<const D: usize>(&self, sweep: EnergySweep<'_>) -> bool {
+        let EnergySweep { scene, room, density, part, near } = sweep;
         let Some(omega) = self.kept.omega(scene, &self.weights) else { return false };
         let count = scene.places.len();
-        let (records, rest) = in_lanes::table(room.tables, count);
+        let (records, rest) = in_lanes::record::<D>(scene, room.tables);
         let (rows, _) = in_lanes::table::<PENALTY_ROW>(rest, count);
-        in_lanes::record::<D>(scene, records);
         let wanted = |point| near.is_none_or(|near| near.wants_energy(point));
         let sweep = Sweep { scene, omega, records };
         let kept = &self.swept_rows::<D>(sweep, rows, &mut None, wanted);

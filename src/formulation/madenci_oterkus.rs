@@ -7,16 +7,13 @@
 use std::f64::consts::PI;
 
 use super::body::{Body, ByModel, Link, Weights};
-use super::breaking::Near;
 use super::constants;
 use super::ordinary_state_based::{extension, pulled};
-use super::passes::{Passes, Room};
+use super::passes::{EnergySweep, ForceSweep, Passes};
 use super::state_based::StateBased;
 use super::{
-    EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Scene, extension_lanes,
-    in_lanes,
+    Formulation, FormulationEntry, Kinematics, Materials, Scene, extension_lanes, in_lanes,
 };
-use crate::damage::Breaking;
 use crate::error::{Error, Result};
 use crate::families::Property;
 use crate::material::Law;
@@ -128,31 +125,24 @@ impl Passes for MadenciOterkus {
     /// t = w (2 b s + 2 a d theta/L) L, with theta = d sum w L s V.
     fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        force: &mut [f64],
-        breaking: &mut Option<Breaking<'_>>,
+        sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
         let pulls = |point: usize, [_, sum]: [f64; 2]| {
             let [a, b, d] = self.constants(point);
             [2.0 * b, 2.0 * a * d * d * sum]
         };
-        extension_lanes::forces::<D, true>(scene, &self.weights, room, force, breaking, pulls)
+        extension_lanes::forces::<D, true>(sweep, &self.weights, pulls)
     }
 
     fn energy_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        density: &mut [f64],
-        _: EnergyPart,
-        near: Option<&Near<'_>>,
+        sweep: EnergySweep<'_>,
     ) -> bool {
         let energy = |point: usize, [_, sum]: [f64; 2], squares: f64| {
             let [a, b, d] = self.constants(point);
             a * (d * sum).powi(2) + b * squares
         };
-        extension_lanes::energies::<D, true>(scene, &self.weights, room, density, near, energy)
+        extension_lanes::energies::<D, true>(sweep, &self.weights, energy)
     }
 
     /// theta

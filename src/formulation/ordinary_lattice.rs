@@ -2,8 +2,8 @@
 
 use super::on_lattice::{LatticeState, OnLattice, Parts};
 use super::ordinary_state_based::Lps;
+use super::passes::ForceSweep;
 use super::{Scene, in_lanes};
-use crate::damage::Breaking;
 use crate::families::LANES;
 use crate::families::lattice::Lattice;
 use crate::kernel::lattice::{Breaks, DilationSweep, Moduli, TensionSweep};
@@ -11,11 +11,10 @@ use crate::kernel::lattice::{Breaks, DilationSweep, Moduli, TensionSweep};
 impl Lps {
     pub(super) fn forces_on_lattice<const D: usize>(
         &self,
-        scene: &Scene<'_>,
         (lattice, state): (&Lattice, &LatticeState),
-        force: &mut [f64],
-        breaking: &mut Option<Breaking<'_>>,
+        sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
+        let ForceSweep { scene, force, breaking, .. } = sweep;
         let omega = in_lanes::omega(scene, &self.weights)?;
         let on = OnLattice::breaking(scene, (lattice, state), breaking.as_ref());
         let [kappa, deviatoric] = *self.moduli.at(0);

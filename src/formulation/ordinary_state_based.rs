@@ -6,17 +6,15 @@
 //! With a yield stress it is `ordinary_plastic`.
 
 use super::body::{Body, ByModel, Link, Weights};
-use super::breaking::Near;
 use super::constants;
 use super::correspondence::add;
 use super::on_lattice::LatticeState;
-use super::passes::{Passes, Room};
+use super::passes::{EnergySweep, ForceSweep, Passes};
 use super::state_based::StateBased;
 use super::{
-    EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Scene, extension_lanes,
-    in_lanes, ordinary_plastic,
+    Formulation, FormulationEntry, Kinematics, Materials, Scene, extension_lanes, in_lanes,
+    ordinary_plastic,
 };
-use crate::damage::Breaking;
 use crate::error::{Error, Result};
 use crate::material::Law;
 use crate::model::Model;
@@ -166,31 +164,24 @@ impl Passes for Lps {
 
     fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        force: &mut [f64],
-        breaking: &mut Option<Breaking<'_>>,
+        sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        if let (Some(lattice), Some(state)) = (&scene.families.lattice, &self.lattice) {
-            return self.forces_on_lattice::<D>(scene, (lattice, state), force, breaking);
+        if let (Some(lattice), Some(state)) = (&sweep.scene.families.lattice, &self.lattice) {
+            return self.forces_on_lattice::<D>((lattice, state), sweep);
         }
-        let (weights, dimension) = (&self.weights, D as f64);
+        let dimension = D as f64;
         let pulls = |point: usize, sums: [f64; 2]| {
             let [inverse, theta] = Self::state::<D>(sums);
             let [kappa, deviatoric] = *self.moduli.at(point);
             let a = inverse * deviatoric;
             [a, inverse * theta * (dimension * kappa - deviatoric / dimension)]
         };
-        extension_lanes::forces::<D, false>(scene, weights, room, force, breaking, pulls)
+        extension_lanes::forces::<D, false>(sweep, &self.weights, pulls)
     }
 
     fn energy_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
-        scene: &Scene<'_>,
-        room: Room<'_>,
-        density: &mut [f64],
-        _: EnergyPart,
-        near: Option<&Near<'_>>,
+        sweep: EnergySweep<'_>,
     ) -> bool {
         let energy = |point: usize, sums: [f64; 2], squares: f64| {
             let [inverse, theta] = Self::state::<D>(sums);
@@ -199,7 +190,7 @@ impl Passes for Lps {
             let sheared = squares * inverse - (theta / D as f64).powi(2);
             0.5 * (kappa * theta * theta + deviatoric * sheared)
         };
-        extension_lanes::energies::<D, false>(scene, &self.weights, room, density, near, energy)
+        extension_lanes::energies::<D, false>(sweep, &self.weights, energy)
     }
 
     /// 1/m (0 without a family) and theta.

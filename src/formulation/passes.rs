@@ -16,6 +16,23 @@ pub(super) struct Room<'a> {
     pub(super) tables: &'a mut [f64],
 }
 
+/// A sweep in lanes for forces. With `breaking`, bonds that the rule condemns break in its masks first.
+pub(super) struct ForceSweep<'a, 'b> {
+    pub(super) scene: &'a Scene<'a>,
+    pub(super) room: Room<'a>,
+    pub(super) force: &'a mut [f64],
+    pub(super) breaking: &'a mut Option<Breaking<'b>>,
+}
+
+/// A sweep in lanes for a part of the energy per volume, near broken bonds only if `near` says so.
+pub(super) struct EnergySweep<'a> {
+    pub(super) scene: &'a Scene<'a>,
+    pub(super) room: Room<'a>,
+    pub(super) density: &'a mut [f64],
+    pub(super) part: EnergyPart,
+    pub(super) near: Option<&'a Near<'a>>,
+}
+
 /// The passes of a formulation.
 pub(super) trait Passes: Sized + Send + Sync {
     fn weights(&self) -> &Weights;
@@ -91,27 +108,20 @@ pub(super) trait Passes: Sized + Send + Sync {
         1
     }
 
-    /// All forces of such a scene, and the records of its laws. With `breaking`, bonds that the rule condemns break in its
-    /// masks first; what that dissipates is not its concern. Gives the first point whose force is not finite.
+    /// All forces of such a scene, and the records of its laws. What breaking dissipates is not its concern. Gives the first
+    /// point whose force is not finite.
     fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
-        _scene: &Scene<'_>,
-        _room: Room<'_>,
-        _force: &mut [f64],
-        _breaking: &mut Option<Breaking<'_>>,
+        _sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
         None
     }
 
-    /// A part of the energy per volume of the points of such a scene, near broken bonds only if `near` says so; the others
-    /// have 0. False, and nothing done, where it is not swept in lanes.
+    /// Energies of such a scene; points that are not asked for have 0. False, and nothing done, where they are not swept
+    /// in lanes.
     fn energy_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
-        _scene: &Scene<'_>,
-        _room: Room<'_>,
-        _density: &mut [f64],
-        _part: EnergyPart,
-        _near: Option<&Near<'_>>,
+        _sweep: EnergySweep<'_>,
     ) -> bool {
         false
     }

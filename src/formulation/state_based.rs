@@ -9,7 +9,7 @@ use super::body::{Body, Weights};
 use super::breaking::Near;
 use super::in_lanes::{self, of_size};
 use super::laws::Laws;
-use super::passes::{Passes, Room};
+use super::passes::{EnergySweep, ForceSweep, Passes, Room};
 use super::{Asked, EnergyPart, Formulation, Materials, Read, Scene, breaking, constants, surface};
 use crate::damage::Breaking;
 use crate::error::Result;
@@ -114,7 +114,8 @@ impl<P: Passes> StateBased<P> {
         let (passes, (records, tables)) =
             (&self.passes, scratch.split_at_mut(self.records_of(scene)));
         let room = Room { records, tables };
-        of_size!(scene.dimension, passes.forces_in_lanes(scene, room, force, breaking))
+        let sweep = ForceSweep { scene, room, force, breaking };
+        of_size!(scene.dimension, passes.forces_in_lanes(sweep))
     }
 
     /// Whether there is such an energy at all.
@@ -182,9 +183,8 @@ impl<P: Passes> StateBased<P> {
         let (records, scratch) = scratch.split_at_mut(self.records_of(scene));
         let passes = &self.passes;
         let room = Room { records: &mut *records, tables: &mut *scratch };
-        if passes.runs_in_lanes(scene)
-            && of_size!(D, passes.energy_in_lanes(scene, room, density, part, near))
-        {
+        let sweep = EnergySweep { scene, room, density: &mut *density, part, near };
+        if passes.runs_in_lanes(scene) && of_size!(D, passes.energy_in_lanes(sweep)) {
             return;
         }
         let body = Body::<D>::new(scene, self.passes.weights());
