@@ -2,8 +2,11 @@
 
 use perion::{Field, Model, Points, Preconditioning, Quantity, Simulation, SolveOptions};
 
+/// Coordinates, volumes and horizons.
+type Cloud = (Vec<f64>, Vec<f64>, Vec<f64>);
+
 /// Points of a bar in layers, whose spacing grows from 1 to 10, and horizons with it: volumes are as 1 to 1000.
-fn graded() -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+fn graded() -> Cloud {
     let layers = 60;
     let growth = 10_f64.powf(1.0 / (layers - 1) as f64);
     let (mut coordinates, mut volumes, mut horizons) = (Vec::new(), Vec::new(), Vec::new());
@@ -22,7 +25,7 @@ fn graded() -> (Vec<f64>, Vec<f64>, Vec<f64>) {
 }
 
 /// Points of a lattice whose volumes are without order between 1 and 1000.
-fn without_order() -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+fn without_order() -> Cloud {
     let (mut coordinates, mut volumes) = (Vec::new(), Vec::new());
     for layer in 0..40 {
         for point in 0..ACROSS * ACROSS {
@@ -38,7 +41,7 @@ fn without_order() -> (Vec<f64>, Vec<f64>, Vec<f64>) {
 const ACROSS: usize = 6;
 
 /// Held at its end, pulled at its beginning.
-fn pulled((coordinates, volumes, horizons): (Vec<f64>, Vec<f64>, Vec<f64>)) -> Simulation {
+fn pulled((coordinates, volumes, horizons): Cloud) -> Simulation {
     let mut points = Points::new(3, &coordinates, &volumes).unwrap();
     points.set_horizons(&horizons).unwrap();
     let (layer, count) = (ACROSS * ACROSS, points.count());
@@ -57,7 +60,7 @@ fn pulled((coordinates, volumes, horizons): (Vec<f64>, Vec<f64>, Vec<f64>)) -> S
 }
 
 /// Forces that it takes without preconditioner, with blocks, with a cycle.
-fn forces(scene: fn() -> (Vec<f64>, Vec<f64>, Vec<f64>)) -> [f64; 3] {
+fn forces(scene: fn() -> Cloud) -> [f64; 3] {
     [Preconditioning::None, Preconditioning::BlockDiagonal, Preconditioning::Global].map(|by| {
         let mut body = pulled(scene());
         let options = SolveOptions { preconditioning: by, ..SolveOptions::default() };
