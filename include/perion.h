@@ -310,7 +310,7 @@ typedef struct perion_solve_options {
      */
     double tolerance;
     /**
-     * load steps to begin with, equally long; cut where one fails, longer where they are easy; default 1
+     * load steps, equally long; cut where one fails, as long again where they are easy; default 1
      */
     int64_t load_steps;
     /**

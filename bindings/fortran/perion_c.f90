@@ -301,7 +301,7 @@ module perion_c
     real(c_double) :: time_end
     !> forces out of balance over loads or reactions, whichever are larger (2-norms); default 1e-8
     real(c_double) :: tolerance
-    !> load steps to begin with, equally long; cut where one fails, longer where they are easy; default 1
+    !> load steps, equally long; cut where one fails, as long again where they are easy; default 1
     integer(c_int64_t) :: load_steps
     !> share of the way that a load step has at least; default 1e-3
     real(c_double) :: smallest_load_step

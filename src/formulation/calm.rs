@@ -280,7 +280,7 @@ mod tests {
         let calm = calm(2.0, &[[0.0, 0.1], [0.0, 0.02], [0.0, 0.02]]);
         let look = look(&calm);
         // A stretch of 0.05 in the first two, of 0.01 in the last.
-        for (threshold, short) in [(0.1026, true), (0.1024, false), (0.0202, false)] {
+        for (threshold, short) in [(0.1027, true), (0.1024, false), (0.0202, false)] {
             assert_eq!(look.at_points(0, threshold).are_short, short);
         }
         assert!(look.at_points(2 * BLOCK, 0.0202).are_short);

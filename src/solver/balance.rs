@@ -10,7 +10,7 @@ use crate::workers::{PerPoint, Workers};
 pub(crate) const PURPOSE: &str = "equilibrium";
 
 /// Differences move points by at least this share of the shortest bond.
-const MOVE: f64 = 1e-6;
+const MOVE: f64 = 2e-7;
 
 /// A body under loads, some components of which are held.
 pub(crate) struct Balance<'a> {

@@ -101,7 +101,7 @@ static void families_that_do_not_fit_are_built_later(void)
     EXPECT_OK(block(40, &points));
     EXPECT_OK(perion_simulation_create(points, model, &simulation));
     EXPECT_OK(perion_simulation_set_threads(simulation, 2));
-    allow(20 * (long long)MEGABYTE);
+    allow(4 * (long long)MEGABYTE);
     EXPECT_REFUSED(PERION_ERROR_MEMORY, "bytes", perion_simulation_step(simulation, 0.5, 1));
     EXPECT_REFUSED(PERION_ERROR_MEMORY, "bytes",
                    perion_simulation_stable_time_step(simulation, &stable));

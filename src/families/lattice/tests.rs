@@ -80,7 +80,7 @@ fn check(places: &[Place], listed: &Families, families: &Families) {
 
 #[test]
 fn where_lists_are_wanted_they_hold_the_steps() {
-    let places = block([9, 8, 7], [0.1; 3]);
+    let places = block([21, 13, 11], [0.1; 3]);
     let families = found(&places, 0.3015, LatticeUse::Whole);
     assert!(families.lattice.is_some() && families.lists() == families.offsets);
     let inverses = families.inverse_lengths.as_ref().unwrap();
