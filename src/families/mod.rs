@@ -121,6 +121,14 @@ impl Reach {
         self.rim.is_none() && matches!(self.radii, Property::Uniform(_))
     }
 
+    /// The length up to which there are bonds, where all reach equally far and count alike.
+    pub(crate) fn uniform_radius(&self) -> Option<f64> {
+        match (&self.rim, &self.radii) {
+            (None, Property::Uniform(radius)) => Some(*radius),
+            _ => None,
+        }
+    }
+
     /// Part of a neighbour's volume in a point's own family.
     #[inline(always)]
     pub(crate) fn share(&self, point: usize, neighbor: usize, length: f64) -> f64 {

@@ -221,7 +221,13 @@ impl Formulation for BondBased {
         if let Some(lattice) = &scene.families.lattice {
             self.lattice = Some(LatticeState::new(scene, lattice, 0)?);
         }
-        self.calm = Some(Calm::new(scene, &self.weights.horizons, self.breaks)?);
+        if let Some(reach) = scene.families.reach.uniform_radius()
+            && matches!(self.bond_constants, Property::Uniform(_))
+            && self.breaks_alike
+            && self.corrected.is_none()
+        {
+            self.calm = Some(Calm::new(scene, reach, self.breaks)?);
+        }
         let Some(moduli) = &self.corrected else { return Ok(()) };
         let factors = surface::factors(
             scene,

@@ -9,7 +9,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::Scene;
 use crate::error::Result;
 use crate::families::lattice::{Lattice, NOBODY};
-use crate::families::{Families, Place, Property};
+use crate::families::{Families, Place};
 use crate::memory;
 use crate::workers::{BLOCK, PerBlock, Workers, block_count};
 
@@ -64,18 +64,18 @@ impl Extent {
 /// Lists of blocks, one after the other.
 #[derive(Debug, Default)]
 struct Lists {
-    ends: Vec<u32>,
+    ends: Vec<usize>,
     blocks: Vec<u32>,
 }
 
 impl Lists {
     fn of(&self, number: usize) -> &[u32] {
-        let first = if number == 0 { 0 } else { self.ends[number - 1] as usize };
-        &self.blocks[first..self.ends[number] as usize]
+        let first = if number == 0 { 0 } else { self.ends[number - 1] };
+        &self.blocks[first..self.ends[number]]
     }
 
     fn close(&mut self) -> Result<()> {
-        memory::push(&mut self.ends, self.blocks.len() as u32, PURPOSE)
+        memory::push(&mut self.ends, self.blocks.len(), PURPOSE)
     }
 
     fn bytes(&self) -> usize {
@@ -95,13 +95,9 @@ pub(super) struct Calm {
 }
 
 impl Calm {
-    /// `horizons`: no bond is longer than the longest of them; `breaks`: whether bonds can break.
-    pub(super) fn new(scene: &Scene<'_>, horizons: &Property, breaks: bool) -> Result<Self> {
-        let longest = match horizons {
-            Property::Uniform(horizon) => *horizon,
-            Property::PerPoint(horizons) => horizons.iter().copied().fold(0.0, f64::max),
-        };
-        let points = near(scene.places, longest)?;
+    /// `reach`: no bond is longer; `breaks`: whether bonds can break.
+    pub(super) fn new(scene: &Scene<'_>, reach: f64, breaks: bool) -> Result<Self> {
+        let points = near(scene.places, reach)?;
         let seats = match &scene.families.lattice {
             Some(lattice) => near_seats(lattice, &points, scene.places.len())?,
             None => Lists::default(),

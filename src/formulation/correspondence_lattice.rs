@@ -155,7 +155,7 @@ impl Correspondence {
             });
             unit.recip()
         };
-        let influence = |length: f64| omega.influence.value(D, length, omega.horizon);
+        let influence = |length: f64| omega.at(length);
         let remaining = breaking.as_mut().map(|breaking| {
             breaking.intact.copy_from_slice(scene.bonds.intact);
             &mut *breaking.intact

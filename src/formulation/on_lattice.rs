@@ -39,6 +39,8 @@ struct Held {
     forces: Vec<f64>,
     /// Of each seat; that of a group's first tells of bonds that have broken in the group.
     broke: Vec<bool>,
+    /// Groups may have lost bonds that the lists were not told of, should a panic have come between.
+    torn: bool,
 }
 
 /// The lattice part of a body in a sweep for forces.
@@ -105,6 +107,7 @@ impl LatticeState {
             legs: memory::filled(Leg::default(), lattice.stencil.len(), PURPOSE)?,
             forces: workers.filled(0.0, seats * scene.dimension, PURPOSE)?,
             broke: workers.filled(false, seats, PURPOSE)?,
+            torn: false,
         };
         held.follow(lattice, scene.families, scene.bonds.intact);
         Ok(Self(Mutex::new(held)))
@@ -128,7 +131,8 @@ fn stride(lattice: &Lattice) -> usize {
 
 /// A power of two near the lengths of the stencil.
 fn unit_of(lattice: &Lattice) -> f64 {
-    let longest = lattice.stencil.iter().map(|step| step.reference[0].abs()).fold(0.0, f64::max);
+    let components = lattice.stencil.iter().flat_map(|step| step.reference);
+    let longest = components.map(f64::abs).fold(0.0, f64::max);
     longest.log2().floor().exp2()
 }
 
@@ -142,7 +146,7 @@ impl Held {
                 let blocks = families.blocks(point as usize);
                 self.followed[blocks.clone()] != intact[blocks]
             };
-            if members.any(|point| *point != NOBODY && changed(point)) {
+            if self.torn || members.any(|point| *point != NOBODY && changed(point)) {
                 lattice.turn(group, of_member, masks);
             }
         }
@@ -203,9 +207,10 @@ impl<'a> OnLattice<'a> {
         let (lattice, workers, families) = (self.lattice, scene.workers, scene.families);
         let mut held = self.state.0.lock().unwrap_or_else(|poison| poison.into_inner());
         let held = &mut *held;
-        if is_changed(scene, &held.followed) {
+        if held.torn || is_changed(scene, &held.followed) {
             held.follow(lattice, families, scene.bonds.intact);
         }
+        held.torn = true;
         let (unit, threshold) = (unit_of(lattice), self.threshold);
         let (stencil, legs) = (&lattice.stencil[..], &mut held.legs[..]);
         scene.simd.run(Prepare { stencil, unit, threshold, influence, legs });
@@ -239,6 +244,7 @@ impl<'a> OnLattice<'a> {
             self.hand_out_breaks(scene, parts.broke.0, &mut held.followed, remaining);
             intact = remaining;
         }
+        held.torn = false;
         let factor = second(parts, &Scene { bonds: BondsView { intact, ..scene.bonds }, ..*scene });
         self.hand_out::<D>(scene, &held.forces, factor, force)
     }
@@ -252,7 +258,7 @@ impl<'a> OnLattice<'a> {
         remaining: &mut [u8],
     ) {
         let Self { lattice, limits, .. } = *self;
-        if !broke.contains(&true) {
+        if !broke.contains(&true) && lattice.count == scene.places.len() {
             return;
         }
         let (families, offsets) = (scene.families, &scene.families.offsets);
@@ -264,15 +270,15 @@ impl<'a> OnLattice<'a> {
             |range, (remaining, followed)| {
                 let first = offsets[range.start] as usize;
                 for point in range {
+                    // Points without a seat are no concern of the groups.
                     let seat = lattice.seat_of[point];
-                    if seat == NOBODY || !broke[seat as usize / LANES * LANES] {
+                    let has_broken = seat != NOBODY && broke[seat as usize / LANES * LANES];
+                    if seat != NOBODY && !has_broken {
                         continue;
                     }
-                    for bond in families.bonds(point) {
-                        if limits.breaks_bond(point, bond) {
-                            let bit = 1 << (bond.slot % LANES);
-                            remaining.values[bond.slot / LANES - first] &= !bit;
-                        }
+                    let condemned = families.bonds(point).filter(|_| has_broken);
+                    for bond in condemned.filter(|&bond| limits.breaks_bond(point, bond)) {
+                        remaining.values[bond.slot / LANES - first] &= !(1 << (bond.slot % LANES));
                     }
                     // As the group's masks. Should the step fail, they will be found to differ.
                     let blocks = families.blocks(point);

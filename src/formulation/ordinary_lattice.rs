@@ -19,7 +19,7 @@ impl Lps {
         let on = OnLattice::breaking(scene, (lattice, state), breaking.as_ref());
         let [kappa, deviatoric] = *self.moduli.at(0);
         let moduli = Moduli { kappa, deviatoric };
-        let influence = |length: f64| omega.influence.value(D, length, omega.horizon);
+        let influence = |length: f64| omega.at(length);
         let first = |parts: &mut Parts<'_, D, 2>| {
             let (groups, look, judge) = (parts.groups, parts.look, on.limits);
             let outputs = (parts.left.again(), parts.masks.again(), parts.broke.again());

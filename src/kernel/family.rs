@@ -40,6 +40,12 @@ pub(crate) struct EachBond<'a> {
 }
 
 impl Omega<'_> {
+    /// w of a length where it follows from that; in the rim of the horizon that at the horizon.
+    pub(crate) fn at(&self, length: f64) -> f64 {
+        let Self { influence, dimension, horizon, .. } = *self;
+        influence.value(dimension, length.min(horizon), horizon)
+    }
+
     /// 1
     pub(crate) const EVEN: Self =
         Self { influence: Influence::Constant, dimension: 3, horizon: f64::INFINITY, each: None };

@@ -242,6 +242,71 @@ fn points_that_fall_together_do_not_pull_on_each_other() {
     }
 }
 
+/// Rows and sheets along any axis: a stencil may lead nowhere along the first.
+#[test]
+fn bodies_one_point_thick_are_lattices_too() {
+    let bodies: [(&[f64], f64); 7] = [
+        (&[1.0, 60.0], 3.015),
+        (&[60.0, 1.0], 3.015),
+        (&[1.0, 60.0, 1.0], 3.015),
+        (&[1.0, 1.0, 60.0], 3.015),
+        (&[1.0, 14.0, 14.0], 2.015),
+        (&[14.0, 1.0, 14.0], 2.015),
+        (&[14.0, 14.0, 1.0], 2.015),
+    ];
+    for (formulation, (upper, horizon)) in
+        ON_LATTICES.into_iter().flat_map(|name| bodies.map(|body| (name, body)))
+    {
+        let points = Points::block(upper.len(), &vec![0.0; upper.len()], upper, 1.0).unwrap();
+        let shift = Random(11).around_zero(upper.len() * points.count(), 0.01);
+        let [cloud, lattice] = [false, true].map(|lattices| {
+            let model = model(formulation, horizon);
+            let mut simulation = Simulation::new(&points, &model).unwrap();
+            simulation.set_lattices(lattices).unwrap();
+            simulation.set(Field::Displacement, &shift).unwrap();
+            simulation.get(Field::InternalForce).unwrap()
+        });
+        let distance = distance(&cloud, &lattice);
+        assert!(distance < 1e-12, "{formulation}, {upper:?}: {distance}");
+    }
+}
+
+/// Integrities that come and go between steps, in a lattice with holes.
+#[test]
+fn groups_follow_integrities() {
+    let block = Points::block(3, &[0.0; 3], &[14.0, 9.0, 9.0], 1.0).unwrap();
+    let whole = block.coordinates().chunks_exact(3);
+    let kept = whole.enumerate().filter(|(number, _)| number % 11 != 3);
+    let coordinates: Vec<f64> = kept.flat_map(|(_, place)| place.to_vec()).collect();
+    let points = Points::new(3, &coordinates, &vec![1.0; coordinates.len() / 3]).unwrap();
+    let velocity = Random(12).around_zero(coordinates.len(), 0.02);
+    let near =
+        |first: usize| -> Vec<[usize; 2]> { (first..first + 60).map(|i| [i, i + 1]).collect() };
+    for formulation in ON_LATTICES {
+        let [cloud, lattice] = [false, true].map(|lattices| {
+            let mut simulation = simulation(&points, formulation, lattices);
+            simulation.set(Field::Velocity, &velocity).unwrap();
+            let bonded: Vec<_> = bonds(&simulation).into_iter().map(|(pair, ..)| pair).collect();
+            let of = |first: usize| -> Vec<[usize; 2]> {
+                near(first).into_iter().filter(|pair| bonded.contains(pair)).collect()
+            };
+            let (some, others) = (of(200), of(400));
+            simulation.step(0.1, 1).unwrap();
+            for (pairs, value) in [(&some, 0.0), (&some, 1.0), (&others, 0.5), (&others, 1.0)] {
+                simulation.set_bond_integrity(pairs, &vec![value; pairs.len()]).unwrap();
+                simulation.step(0.1, 1).unwrap();
+            }
+            simulation
+        });
+        assert_eq!(intact(&cloud), intact(&lattice), "{formulation}");
+        for field in [Field::Displacement, Field::InternalForce, Field::DissipatedEnergyDensity] {
+            let [a, b] = [&cloud, &lattice].map(|body| body.get(field).unwrap());
+            let distance = distance(&a, &b);
+            assert!(distance < 1e-9, "{formulation}, {field:?}: {distance}");
+        }
+    }
+}
+
 /// A failed step gives back what it broke, and bonds that are broken and set whole by hand are seen.
 #[test]
 fn groups_follow_the_bonds_whatever_changes_them() {
