@@ -1,61 +1,29 @@
 //! Tractions on both ends of a bar that is held along its axis in the middle alone, so that the one-dimensional
 //! solution is exact.
 
-use crate::bars::{mean_along, svk_strain};
-use perion::{Error, Field, Model, Points, Quantity, Simulation, SolveOptions};
+use crate::bars::{PulledBar as Bar, svk_strain};
+use perion::{Error, Field, Model, Quantity, Simulation, SolveOptions};
 
 const STRESS: f64 = 1e-2;
 
-/// A bar of so many points across, along (an odd number) and in a horizon, of spacing 1 and modulus 1.
-struct Bar {
-    across: usize,
-    along: usize,
-    ratio: usize,
-}
-
 impl Bar {
-    fn points(&self) -> Points {
-        let [along, across] = [self.along as f64, self.across as f64];
-        let mut points = Points::block(3, &[0.0; 3], &[along, across, across], 1.0).unwrap();
-        let middle = 0.5 * (along - 1.0);
-        let mut layer = |name: &str, from: f64| {
-            points.add_set_box(name, &[from, 0.0, 0.0], &[from + 1.0, across, across]).unwrap();
-        };
-        layer("near", 0.0);
-        layer("middle", middle);
-        layer("far", along - 1.0);
-        points.add_set_box("pin", &[middle, 0.0, 0.0], &[middle + 1.0, 1.0, 1.0]).unwrap();
-        points
-            .add_set_box("guide", &[middle, across - 1.0, 0.0], &[middle + 1.0, across, 1.0])
-            .unwrap();
-        points
-    }
-
     fn loaded(&self, formulation: &str, choices: &[(&str, &str)]) -> Simulation {
         let mut model = Model::new(formulation).unwrap();
         for (key, value) in [("density", 1.0), ("youngs_modulus", 1.0), ("poissons_ratio", 0.25)] {
             model.set(key, value).unwrap();
         }
-        model.set("horizon", 1.005 * self.ratio as f64).unwrap();
+        model.set("horizon", self.horizon()).unwrap();
         for (key, choice) in choices {
             model.choose(key, choice).unwrap();
         }
-        let mut bar = Simulation::new(&self.points(), &model).unwrap();
-        bar.prescribe("middle", Quantity::Displacement, 0, 0.0).unwrap();
-        for (set, axis) in [("pin", 1), ("pin", 2), ("guide", 2)] {
-            bar.prescribe(set, Quantity::Displacement, axis, 0.0).unwrap();
-        }
-        bar.prescribe("near", Quantity::Traction, 0, -STRESS).unwrap();
-        bar.prescribe("far", Quantity::Traction, 0, STRESS).unwrap();
-        bar
+        self.simulation(&model, STRESS).unwrap()
     }
 
     /// Error of what the bar has grown by, in percent.
     fn error(&self, formulation: &str, choices: &[(&str, &str)]) -> f64 {
         let mut bar = self.loaded(formulation, choices);
         let report = bar.solve(&SolveOptions::default()).unwrap();
-        let grown = mean_along(&bar, "far") - mean_along(&bar, "near");
-        let error = 100.0 * (grown / ((self.along - 1) as f64 * svk_strain(STRESS, 1.0)) - 1.0);
+        let error = 100.0 * (self.strain(&bar) / svk_strain(STRESS, 1.0) - 1.0);
         let Self { across, ratio, .. } = self;
         let forces = report.evaluations;
         println!("{formulation} {choices:?} ({across},{ratio}): {error:.6} %, {forces} forces");
