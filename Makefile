@@ -28,7 +28,7 @@ BUILD := $(CARGO) build --release --target-dir "$(TARGET)"
 # A library for another machine is cargo's own business.
 unexport CARGO_BUILD_TARGET
 
-.PHONY: all library demo examples test test-long install uninstall bench bench-peers bindings clean
+.PHONY: all library demo examples test test-long install uninstall bench bench-peers work-precision bindings clean
 
 all: library
 	@echo "built: $(LIB)/libperion.so"
@@ -80,6 +80,15 @@ bench:
 # The same scenes by other codes that are installed, in turns: make bench-peers BENCH="cloud pmb".
 bench-peers:
 	$(CARGO) bench --target-dir "$(TARGET)" --bench peers -- $(BENCH)
+
+# What error each formulation has for its seconds, on problems with known answers, in out/accuracy with pictures; or a part:
+# make work-precision PROBLEMS="plane_wave traction_bar".
+work-precision:
+	$(CARGO) bench --target-dir "$(TARGET)" --bench work_precision -- "$(CURDIR)/$(OUT)/accuracy" $(PROBLEMS)
+	@$(BUILD) --quiet --example picture
+	@cd "$(OUT)/accuracy" && for table in *_*.csv; do \
+	  "$(LIB)/examples/picture" "$$table" "$${table%.csv}.png" --series --title "$${table%.csv}" && \
+	  echo "picture:   $(OUT)/accuracy/$${table%.csv}.png"; done
 
 # Writes the header and the Fortran interfaces anew from src/ffi.
 bindings:

@@ -12,6 +12,8 @@ pub struct Axis {
     low: f64,
     high: f64,
     step: f64,
+    /// Its values are powers of ten.
+    logarithmic: bool,
 }
 
 impl Axis {
@@ -28,7 +30,16 @@ impl Axis {
             3.5..7.5 => 5.0 * power,
             _ => 10.0 * power,
         };
-        Ok(Self { label: label.into(), low, high, step })
+        Ok(Self { label: label.into(), low, high, step, logarithmic: false })
+    }
+
+    /// From `low` to `high`, powers of ten, and as far as the next whole ones, where its ticks are.
+    pub fn logarithmic(label: &str, low: f64, high: f64) -> Result<Self, String> {
+        let (low, high) = (low.floor(), high.ceil().max(low.floor() + 1.0));
+        if high - low > 30.0 {
+            return Err(format!("its '{label}' goes over {} powers of ten", high - low));
+        }
+        Ok(Self { label: label.into(), low, high, step: 1.0, logarithmic: true })
     }
 
     /// The axis as far as its next ticks.
@@ -41,6 +52,11 @@ impl Axis {
     /// Where `value` lies, from 0 at the lower end to 1 at the upper.
     fn fraction(&self, value: f64) -> f64 {
         (value - self.low) / (self.high - self.low)
+    }
+
+    /// What stands at a tick.
+    fn text(&self, tick: f64) -> String {
+        if self.logarithmic { number(10_f64.powf(tick)) } else { number(tick) }
     }
 
     fn ticks(&self) -> Vec<f64> {
@@ -65,7 +81,8 @@ impl Frame {
     /// A plot in a picture of this width, half as high as it is wide, with some room left free on its right.
     pub fn new(width: usize, [across, up]: [Axis; 2], titled: bool, right: usize) -> Self {
         let (font, margin) = (Font::for_width(width), width / 32);
-        let label = up.ticks().into_iter().map(|tick| font.width(&number(tick))).max().unwrap_or(0);
+        let label =
+            up.ticks().into_iter().map(|tick| font.width(&up.text(tick))).max().unwrap_or(0);
         let left = margin + label + font.height() / 2;
         // The label of the last tick is centred below it.
         let size = [width.saturating_sub(left + right + 2 * margin).max(width / 4), width * 7 / 16];
@@ -97,7 +114,7 @@ impl Frame {
     /// Faint lines across the plot at the ticks of the upright axis.
     pub fn draw_grid(&self, canvas: &mut Canvas) {
         for tick in self.up.ticks() {
-            let colour = if tick == 0.0 { FAINT_INK } else { GRID };
+            let colour = if tick == 0.0 && !self.up.logarithmic { FAINT_INK } else { GRID };
             let [left, row] = self.pixel(self.across.low, tick).map(|pixel| pixel.round() as i64);
             canvas.fill([left, row - 1], [left + self.size[0] as i64, row + 1], colour);
         }
@@ -114,14 +131,14 @@ impl Frame {
         for tick in self.across.ticks() {
             let column = self.pixel(tick, self.up.low)[0].round() as usize;
             canvas.fill(whole([column - 1, bottom]), whole([column + 1, bottom + length]), INK);
-            let text = number(tick);
+            let text = self.across.text(tick);
             let text_left = column.saturating_sub(font.width(&text) / 2);
             font.write(canvas, &text, [text_left, bottom + length], INK);
         }
         for tick in self.up.ticks() {
             let row = self.pixel(self.across.low, tick)[1].round() as usize;
             canvas.fill(whole([left - length, row - 1]), whole([left, row + 1]), INK);
-            let text = number(tick);
+            let text = self.up.text(tick);
             let text_left = left.saturating_sub(font.width(&text) + length + font.height() / 6);
             font.write(canvas, &text, [text_left, row - font.height() / 2], INK);
         }

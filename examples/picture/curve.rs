@@ -1,7 +1,7 @@
 //! A curve: the second column of a table over its first.
 
 use crate::axes::{Axis, Frame};
-use crate::colours::LINE;
+use crate::colours::{Colour, LINE};
 use crate::options::Options;
 use crate::raster::Canvas;
 use crate::table::{Table, extremes};
@@ -19,13 +19,13 @@ pub fn compose(table: &Table, options: &Options) -> Result<Canvas, String> {
     let mut canvas = Canvas::white(options.width, frame.picture_height());
     frame.draw_grid(&mut canvas);
     let line: Vec<[f64; 2]> = table.rows.iter().map(|row| frame.pixel(row[0], row[1])).collect();
-    draw_line(&mut canvas, &line, options.width as f64 / 400.0);
+    draw_line(&mut canvas, &line, options.width as f64 / 400.0, LINE);
     frame.draw(&mut canvas, title);
     Ok(canvas)
 }
 
 /// A line of this width through pixels, its edges smoothed.
-fn draw_line(canvas: &mut Canvas, line: &[[f64; 2]], width: f64) {
+pub fn draw_line(canvas: &mut Canvas, line: &[[f64; 2]], width: f64, colour: Colour) {
     let mut covered = vec![0_u8; canvas.width * canvas.height];
     let reach = 0.5 * width + 0.5;
     for ends in line.windows(2) {
@@ -44,7 +44,7 @@ fn draw_line(canvas: &mut Canvas, line: &[[f64; 2]], width: f64) {
     }
     for (index, &strength) in covered.iter().enumerate() {
         let pixel = [(index % canvas.width) as i64, (index / canvas.width) as i64];
-        canvas.blend(pixel, LINE, strength);
+        canvas.blend(pixel, colour, strength);
     }
 }
 

@@ -1,5 +1,5 @@
 //! Draws what Perion and the examples write as a PNG: the points of a `.vtu` file in the x-y plane or seen
-//! from aside, coloured by a field; a curve of a `.csv` file; or a map of one, such as velocity over place and time.
+//! from aside, coloured by a field; a curve of a `.csv` file, or several on logarithmic axes; or a map of one, such as velocity over place and time.
 //!
 //! `cargo run --release --example picture -- plate_000100.vtu plate.png --field damage`
 
@@ -15,6 +15,7 @@ mod map;
 mod options;
 mod raster;
 mod scene;
+mod series;
 mod sheet;
 mod table;
 mod text;
@@ -53,6 +54,9 @@ fn draw(options: &Options) -> Result<(), String> {
             .and_then(|file| Scene::new(&file, options))
             .map(|scene| sheet::compose(&scene, options.width)),
         Kind::Curve => Table::read(input).and_then(|table| curve::compose(&table, options)),
+        Kind::Series => fs::read_to_string(input)
+            .map_err(|reason| format!("cannot be read: {reason}"))
+            .and_then(|text| series::compose(&text, options)),
         Kind::Map => Table::read(input).and_then(|table| map::compose(&table, options)),
     };
     let png = canvas.map_err(|text| format!("{input}: {text}"))?.to_png()?;

@@ -7,6 +7,8 @@ usage: picture INPUT OUTPUT.png [options]
 
 INPUT is a .vtu file that Perion wrote, drawn as points in the x-y plane, or a .csv file:
   --curve                   its second column over its first; the first line names them
+  --series                  its third and fourth column on logarithmic axes: a colour for each word in the
+                            first, a line for each word in the second
   --map                     its rows, from below, as colours; its first line is
                             'label across,first,last,label up,first,last,label of the values'
 
@@ -24,6 +26,7 @@ INPUT is a .vtu file that Perion wrote, drawn as points in the x-y plane, or a .
 pub enum Kind {
     Points,
     Curve,
+    Series,
     Map,
 }
 
@@ -68,6 +71,7 @@ impl Request {
             match option {
                 "--help" | "-h" => return Ok(Self::Help),
                 "--curve" => options.kind = Kind::Curve,
+                "--series" => options.kind = Kind::Series,
                 "--map" => options.kind = Kind::Map,
                 "--field" => options.field = value()?,
                 "--title" => options.title = Some(value()?),

@@ -12,18 +12,15 @@ impl Table {
     pub fn read(path: &str) -> Result<Self, String> {
         let text =
             fs::read_to_string(path).map_err(|reason| format!("cannot be read: {reason}"))?;
-        let mut lines = text.lines();
-        let names = lines.next().ok_or("is empty")?.split(',').map(|name| name.trim().into());
-        let names: Vec<String> = names.collect();
+        let (names, lines) = rows_of(&text)?;
+        let names = names.into_iter().map(str::to_owned).collect();
         let mut rows: Vec<Vec<f64>> = Vec::new();
-        for (index, line) in lines.enumerate().filter(|(_, line)| !line.trim().is_empty()) {
-            let row =
-                numbers(line.split(',')).map_err(|text| format!("line {}: {text}", index + 2))?;
+        for (line, row) in lines {
+            let row = numbers(row.into_iter()).map_err(|text| format!("line {line}: {text}"))?;
             let columns = rows.first().map_or(row.len(), Vec::len);
             if row.len() != columns {
                 return Err(format!(
-                    "line {} has {} columns, the first row {columns}",
-                    index + 2,
+                    "line {line} has {} columns, the first row {columns}",
                     row.len()
                 ));
             }
@@ -31,6 +28,22 @@ impl Table {
         }
         if rows.is_empty() { Err("has no rows".into()) } else { Ok(Self { names, rows }) }
     }
+}
+
+/// Texts in the columns of a line.
+type Columns<'a> = Vec<&'a str>;
+
+/// The names in the first line, and what stands in the others that are not blank, with their numbers.
+pub fn rows_of(
+    text: &str,
+) -> Result<(Columns<'_>, impl Iterator<Item = (usize, Columns<'_>)>), String> {
+    fn columns(line: &str) -> Columns<'_> {
+        line.split(',').map(str::trim).collect()
+    }
+    let mut lines = text.lines().zip(1..);
+    let (names, _) = lines.next().ok_or("is empty")?;
+    let rows = lines.filter(|(line, _)| !line.trim().is_empty());
+    Ok((columns(names), rows.map(|(line, number)| (number, columns(line)))))
 }
 
 /// Numbers, all of them finite.

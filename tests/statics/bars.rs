@@ -1,6 +1,6 @@
 //! Bodies that are loaded at an end.
 
-use perion::{Field, Model, Points, Quantity, Simulation};
+use perion::{Field, Model, Points, Quantity, Result, Simulation};
 
 /// A bar of `across` points a side and ten times as many along, 100 x 10 x 10 mm, with a horizon of layers outside its
 /// length that are clamped, under F0 = 200 kN on its last layer. [P] 5.1
@@ -37,16 +37,80 @@ impl TractionBar {
         model
     }
 
+    /// With the influence that serves a formulation best.
+    pub fn usual_model(&self, formulation: &str) -> Model {
+        let mut model = self.model(formulation);
+        choose_usual_influence(&mut model, formulation).unwrap();
+        model
+    }
+
     /// Clamped in all directions, with the load as body force on the last layer.
-    pub fn simulation(&self, model: &Model) -> Simulation {
+    pub fn simulation(&self, model: &Model) -> Result<Simulation> {
         let points = self.points();
-        let mut bar = Simulation::new(&points, model).unwrap();
+        let mut bar = Simulation::new(&points, model)?;
         for axis in 0..3 {
-            bar.prescribe("clamp", Quantity::Displacement, axis, 0.0).unwrap();
+            bar.prescribe("clamp", Quantity::Displacement, axis, 0.0)?;
         }
-        let volume = points.set_size("end").unwrap() as f64 * self.spacing().powi(3);
-        bar.prescribe("end", Quantity::BodyForce, 0, FORCE / volume).unwrap();
-        bar
+        let volume = points.set_size("end")? as f64 * self.spacing().powi(3);
+        bar.prescribe("end", Quantity::BodyForce, 0, FORCE / volume)?;
+        Ok(bar)
+    }
+}
+
+/// The influence that serves a formulation best.
+pub fn choose_usual_influence(model: &mut Model, formulation: &str) -> Result<()> {
+    match formulation {
+        "bond_based" | "madenci_oterkus" => Ok(()),
+        "bond_associated_quadrature" => model.choose("influence", "cubic_spline"),
+        _ => model.choose("influence", "inverse"),
+    }
+}
+
+/// A bar of so many points across, along (an odd number) and in a horizon, of spacing 1, with tractions on both ends and
+/// held along its axis in the middle alone: the one-dimensional solution is exact.
+pub struct PulledBar {
+    pub across: usize,
+    pub along: usize,
+    pub ratio: usize,
+}
+
+impl PulledBar {
+    fn points(&self) -> Points {
+        let [along, across] = [self.along as f64, self.across as f64];
+        let mut points = Points::block(3, &[0.0; 3], &[along, across, across], 1.0).unwrap();
+        let middle = 0.5 * (along - 1.0);
+        let mut layer = |name: &str, from: f64| {
+            points.add_set_box(name, &[from, 0.0, 0.0], &[from + 1.0, across, across]).unwrap();
+        };
+        layer("near", 0.0);
+        layer("middle", middle);
+        layer("far", along - 1.0);
+        points.add_set_box("pin", &[middle, 0.0, 0.0], &[middle + 1.0, 1.0, 1.0]).unwrap();
+        points
+            .add_set_box("guide", &[middle, across - 1.0, 0.0], &[middle + 1.0, across, 1.0])
+            .unwrap();
+        points
+    }
+
+    pub fn horizon(&self) -> f64 {
+        1.005 * self.ratio as f64
+    }
+
+    /// Of a model with that horizon, under a force per reference area.
+    pub fn simulation(&self, model: &Model, stress: f64) -> Result<Simulation> {
+        let mut bar = Simulation::new(&self.points(), model)?;
+        bar.prescribe("middle", Quantity::Displacement, 0, 0.0)?;
+        for (set, axis) in [("pin", 1), ("pin", 2), ("guide", 2)] {
+            bar.prescribe(set, Quantity::Displacement, axis, 0.0)?;
+        }
+        bar.prescribe("near", Quantity::Traction, 0, -stress)?;
+        bar.prescribe("far", Quantity::Traction, 0, stress)?;
+        Ok(bar)
+    }
+
+    /// What it has grown by, over its length between the points at its ends.
+    pub fn strain(&self, bar: &Simulation) -> f64 {
+        (mean_along(bar, "far") - mean_along(bar, "near")) / (self.along - 1) as f64
     }
 }
 
@@ -54,6 +118,16 @@ impl TractionBar {
 pub fn mean_along(bar: &Simulation, set: &str) -> f64 {
     let count = bar.points().set_size(set).unwrap();
     bar.sum(Field::Displacement, Some(set)).unwrap()[0] / count as f64
+}
+
+/// Whether a formulation knows small strains alone: no law, but linear bonds.
+pub fn is_linear(formulation: &str) -> bool {
+    matches!(formulation, "bond_based" | "ordinary_state_based" | "madenci_oterkus")
+}
+
+/// Length change over the length of a bar under a force per reference area, by what a formulation takes a solid for.
+pub fn bar_strain(formulation: &str, stress: f64, modulus: f64) -> f64 {
+    if is_linear(formulation) { stress / modulus } else { svk_strain(stress, modulus) }
 }
 
 /// Length change over the length of a Saint Venant-Kirchhoff bar of this modulus under a force per reference area:

@@ -1,8 +1,8 @@
 //! The hyperelastic bar of [B], example II: lambda = 200, mu = 20, weak total and updated Lagrangian forms. A traction of
 //! 0.590575 stretches it by 0.01, one of 14 by 0.1857.
 
+use crate::bars::PulledBar as Bar;
 use crate::bars::svk_strain;
-use crate::surface::Bar;
 use perion::{Model, SolveOptions};
 
 const LAMBDA: f64 = 200.0;

@@ -1,43 +1,19 @@
 //! Tractions on both ends of a bar that is held along its axis in the middle alone, so that the one-dimensional
 //! solution is exact.
 
-use crate::bars::{mean_along, svk_strain};
-use perion::{Error, Field, Model, Points, Quantity, Simulation, SolveOptions};
+use crate::bars::{PulledBar as Bar, svk_strain};
+use perion::{Error, Field, Model, Quantity, Simulation, SolveOptions};
 
 const STRESS: f64 = 1e-2;
 
-/// A bar of so many points across, along (an odd number) and in a horizon, of spacing 1 and modulus 1.
-pub struct Bar {
-    pub across: usize,
-    pub along: usize,
-    pub ratio: usize,
-}
-
 impl Bar {
-    fn points(&self) -> Points {
-        let [along, across] = [self.along as f64, self.across as f64];
-        let mut points = Points::block(3, &[0.0; 3], &[along, across, across], 1.0).unwrap();
-        let middle = 0.5 * (along - 1.0);
-        let mut layer = |name: &str, from: f64| {
-            points.add_set_box(name, &[from, 0.0, 0.0], &[from + 1.0, across, across]).unwrap();
-        };
-        layer("near", 0.0);
-        layer("middle", middle);
-        layer("far", along - 1.0);
-        points.add_set_box("pin", &[middle, 0.0, 0.0], &[middle + 1.0, 1.0, 1.0]).unwrap();
-        points
-            .add_set_box("guide", &[middle, across - 1.0, 0.0], &[middle + 1.0, across, 1.0])
-            .unwrap();
-        points
-    }
-
     /// Of modulus 1 and ratio 1/4.
     fn model(&self, formulation: &str, choices: &[(&str, &str)]) -> Model {
         let mut model = Model::new(formulation).unwrap();
         for (key, value) in [("density", 1.0), ("youngs_modulus", 1.0), ("poissons_ratio", 0.25)] {
             model.set(key, value).unwrap();
         }
-        model.set("horizon", 1.005 * self.ratio as f64).unwrap();
+        model.set("horizon", self.horizon()).unwrap();
         for (key, choice) in choices {
             model.choose(key, choice).unwrap();
         }
@@ -45,19 +21,7 @@ impl Bar {
     }
 
     pub fn loaded(&self, model: &Model, stress: f64) -> Simulation {
-        let mut bar = Simulation::new(&self.points(), model).unwrap();
-        bar.prescribe("middle", Quantity::Displacement, 0, 0.0).unwrap();
-        for (set, axis) in [("pin", 1), ("pin", 2), ("guide", 2)] {
-            bar.prescribe(set, Quantity::Displacement, axis, 0.0).unwrap();
-        }
-        bar.prescribe("near", Quantity::Traction, 0, -stress).unwrap();
-        bar.prescribe("far", Quantity::Traction, 0, stress).unwrap();
-        bar
-    }
-
-    /// What it has grown by over what lies between its end layers.
-    pub fn strain(&self, bar: &Simulation) -> f64 {
-        (mean_along(bar, "far") - mean_along(bar, "near")) / (self.along - 1) as f64
+        self.simulation(model, stress).unwrap()
     }
 
     /// Error of what the bar has grown by, in percent.

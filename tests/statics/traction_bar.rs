@@ -2,26 +2,18 @@
 
 use std::time::Instant;
 
-use crate::bars::{FORCE, LENGTH, MODULUS, TractionBar, mean_along, svk_strain};
+use crate::bars::{FORCE, LENGTH, MODULUS, TractionBar, bar_strain, mean_along};
 use perion::{Preconditioning, RelaxOptions, Simulation, SolveOptions};
 
 /// Error of the length change in percent.
 fn error(bar: &Simulation, formulation: &str) -> f64 {
-    let stress = FORCE / (0.01 * LENGTH * LENGTH);
-    let linear = matches!(formulation, "bond_based" | "ordinary_state_based");
-    let strain = if linear { stress / MODULUS } else { svk_strain(stress, MODULUS) };
+    let strain = bar_strain(formulation, FORCE / (0.01 * LENGTH * LENGTH), MODULUS);
     100.0 * (mean_along(bar, "end") / (LENGTH * strain) - 1.0)
 }
 
 fn bar(formulation: &str, across: usize, ratio: usize) -> Simulation {
     let scene = TractionBar { across, ratio };
-    let mut model = scene.model(formulation);
-    match formulation {
-        "bond_based" => {}
-        "bond_associated_quadrature" => model.choose("influence", "cubic_spline").unwrap(),
-        _ => model.choose("influence", "inverse").unwrap(),
-    }
-    scene.simulation(&model)
+    scene.simulation(&scene.usual_model(formulation)).unwrap()
 }
 
 /// Error in percent, and forces evaluated.
