@@ -77,6 +77,9 @@ module perion_c
   !> Force per reference volume.
   integer(c_int32_t), parameter :: PERION_QUANTITY_BODY_FORCE = 3_c_int32_t
 
+  !> Force per reference area of the surface along a set of points, the outermost layer; a dead load.
+  integer(c_int32_t), parameter :: PERION_QUANTITY_TRACTION = 4_c_int32_t
+
   !> Position in the reference configuration, a length; a vector.
   integer(c_int32_t), parameter :: PERION_FIELD_REFERENCE_POSITION = 1_c_int32_t
 
@@ -1004,8 +1007,9 @@ module perion_c
     end function perion_simulation_bond_count
 
     !> Prescribes a constant on a set along an axis (from 0), from the next step on. Per point and axis the
-    !> last displacement or velocity wins and replaces the other for good; body forces of different sets
-    !> add, the same set and axis replaces. A displacement is where the point is put at once at the end of
+    !> last displacement or velocity wins and replaces the other for good; body forces and tractions of different
+    !> sets add, the same set and axis replaces. A traction acts on the layers below its set, see
+    !> perion_simulation_set_surface_areas. A displacement is where the point is put at once at the end of
     !> the next step: ramp it by a table for smooth loading.
     !>
     !> ERROR_ARGUMENT: unknown set or quantity, axis out of range, value not finite. Since 0.1.
@@ -1082,6 +1086,22 @@ module perion_c
       integer(c_int32_t), value :: axis
       integer(c_int32_t) :: perion_simulation_release
     end function perion_simulation_release
+
+    !> Gives the areas of the surface along a set, one a point of the set, in its order: a traction then makes a force of a
+    !> point's area times its value, spread over the layers below the point that a stress up to the surface would pull on.
+    !> Without areas they are estimated, well on lattices; give them for clouds without order and for bodies thinner than
+    !> four horizons. areas: [count], copied.
+    !>
+    !> ERROR_ARGUMENT: unknown set, count is not the set's size, an area not positive and finite. Since 0.1.
+    function perion_simulation_set_surface_areas(simulation, set, count, areas) &
+        bind(c, name="perion_simulation_set_surface_areas")
+      import :: c_char, c_double, c_int32_t, c_int64_t, c_ptr
+      type(c_ptr), value :: simulation
+      character(kind=c_char), intent(in) :: set(*)
+      integer(c_int64_t), value :: count
+      real(c_double), intent(in) :: areas(*)
+      integer(c_int32_t) :: perion_simulation_set_surface_areas
+    end function perion_simulation_set_surface_areas
 
     !> Copies a field of all points to the host, point after point in the host's order. length: number of
     !> points, times the dimension for vectors and its square for tensors, which lie row after row as an array

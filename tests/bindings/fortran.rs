@@ -9,6 +9,7 @@ const ARRAYS: &[&str] = &[
     "F1",
     "P",
     "W",
+    "areas",
     "components",
     "coordinates",
     "field",
