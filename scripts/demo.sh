@@ -150,9 +150,18 @@ own_material() {
     picture "$out/c.csv" curve --curve --width 1200 --title "force of the held bar"
 }
 
+traction_bar() {
+    begin traction_bar
+    in_c 5 2 7 all body_force "$out/c.csv"
+    in_fortran 5 2 7 all body_force "$out/fortran.csv"
+    in_rust 5 2 7 all body_force "$out/rust.csv"
+    same_hashes
+    picture "$out/c.csv" errors --curves --logarithmic --width 1200 --title "size of the error of the length change"
+}
+
 for name in "$@"; do
     case $name in
-        bend | branching | checkerboard | own_material | specimen | twist | wave) ;;
+        bend | branching | checkerboard | own_material | specimen | traction_bar | twist | wave) ;;
         *)
             echo "there is no example $name"
             exit 1

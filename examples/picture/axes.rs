@@ -1,6 +1,6 @@
 //! The frame of a plot: two axes with ticks at round numbers, and the lettering around them.
 
-use crate::colours::{FAINT_INK, GRID, INK};
+use crate::colours::{Colour, FAINT_INK, GRID, INK};
 use crate::raster::Canvas;
 use crate::text::{Font, number};
 
@@ -12,6 +12,7 @@ pub struct Axis {
     low: f64,
     high: f64,
     step: f64,
+    is_logarithmic: bool,
 }
 
 impl Axis {
@@ -28,7 +29,16 @@ impl Axis {
             3.5..7.5 => 5.0 * power,
             _ => 10.0 * power,
         };
-        Ok(Self { label: label.into(), low, high, step })
+        Ok(Self { label: label.into(), low, high, step, is_logarithmic: false })
+    }
+
+    /// The axis of numbers whose decimal logarithms it has, with ticks at powers of ten.
+    pub fn logarithmic(self) -> Self {
+        Self { step: self.step.ceil(), is_logarithmic: true, ..self }
+    }
+
+    fn text(&self, tick: f64) -> String {
+        number(if self.is_logarithmic { 10_f64.powf(tick) } else { tick })
     }
 
     /// The axis as far as its next ticks.
@@ -62,15 +72,17 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A plot in a picture of this width, half as high as it is wide, with some room left free on its right.
-    pub fn new(width: usize, [across, up]: [Axis; 2], titled: bool, right: usize) -> Self {
+    /// A plot in a picture of this width, half as high as it is wide, with room for lines of text above it and some room
+    /// left free on its right.
+    pub fn new(width: usize, [across, up]: [Axis; 2], above: usize, right: usize) -> Self {
         let (font, margin) = (Font::for_width(width), width / 32);
-        let label = up.ticks().into_iter().map(|tick| font.width(&number(tick))).max().unwrap_or(0);
+        let label =
+            up.ticks().into_iter().map(|tick| font.width(&up.text(tick))).max().unwrap_or(0);
         let left = margin + label + font.height() / 2;
         // The label of the last tick is centred below it.
         let size = [width.saturating_sub(left + right + 2 * margin).max(width / 4), width * 7 / 16];
-        let lines = if titled { 4 } else { 2 };
-        Self { corner: [left, margin + lines * font.height()], size, font, margin, across, up }
+        let top = margin + (2 + above) * font.height();
+        Self { corner: [left, top], size, font, margin, across, up }
     }
 
     /// Height of the whole picture.
@@ -97,10 +109,20 @@ impl Frame {
     /// Faint lines across the plot at the ticks of the upright axis.
     pub fn draw_grid(&self, canvas: &mut Canvas) {
         for tick in self.up.ticks() {
-            let colour = if tick == 0.0 { FAINT_INK } else { GRID };
+            let colour = if tick == 0.0 && !self.up.is_logarithmic { FAINT_INK } else { GRID };
             let [left, row] = self.pixel(self.across.low, tick).map(|pixel| pixel.round() as i64);
             canvas.fill([left, row - 1], [left + self.size[0] as i64, row + 1], colour);
         }
+    }
+
+    /// What a line of text above the plot says, behind a line of this colour.
+    pub fn draw_legend(&self, canvas: &mut Canvas, line: usize, colour: Colour, text: &str) {
+        let height = self.font.height();
+        let top = self.margin + line * height;
+        let [left, middle] = [self.margin as i64, (top + height / 2) as i64];
+        let long = 2 * height;
+        canvas.fill([left, middle - 2], [left + long as i64, middle + 2], colour);
+        self.font.write(canvas, text, [self.margin + long + height / 2, top], INK);
     }
 
     /// The axes with their ticks, numbers and labels, and the title.
@@ -114,14 +136,14 @@ impl Frame {
         for tick in self.across.ticks() {
             let column = self.pixel(tick, self.up.low)[0].round() as usize;
             canvas.fill(whole([column - 1, bottom]), whole([column + 1, bottom + length]), INK);
-            let text = number(tick);
+            let text = self.across.text(tick);
             let text_left = column.saturating_sub(font.width(&text) / 2);
             font.write(canvas, &text, [text_left, bottom + length], INK);
         }
         for tick in self.up.ticks() {
             let row = self.pixel(self.across.low, tick)[1].round() as usize;
             canvas.fill(whole([left - length, row - 1]), whole([left, row + 1]), INK);
-            let text = number(tick);
+            let text = self.up.text(tick);
             let text_left = left.saturating_sub(font.width(&text) + length + font.height() / 6);
             font.write(canvas, &text, [text_left, row - font.height() / 2], INK);
         }

@@ -52,7 +52,9 @@ fn draw(options: &Options) -> Result<(), String> {
         Kind::Points => VtuFile::read(input)
             .and_then(|file| Scene::new(&file, options))
             .map(|scene| sheet::compose(&scene, options.width)),
-        Kind::Curve => Table::read(input).and_then(|table| curve::compose(&table, options)),
+        Kind::Curve | Kind::Curves => {
+            Table::read(input).and_then(|table| curve::compose(&table, options))
+        }
         Kind::Map => Table::read(input).and_then(|table| map::compose(&table, options)),
     };
     let png = canvas.map_err(|text| format!("{input}: {text}"))?.to_png()?;

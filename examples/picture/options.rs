@@ -7,6 +7,8 @@ usage: picture INPUT OUTPUT.png [options]
 
 INPUT is a .vtu file that Perion wrote, drawn as points in the x-y plane, or a .csv file:
   --curve                   its second column over its first; the first line names them
+  --curves                  all its columns over its first
+  --logarithmic             sizes of its values, on a logarithmic axis
   --map                     its rows, from below, as colours; its first line is
                             'label across,first,last,label up,first,last,label of the values'
 
@@ -24,6 +26,7 @@ INPUT is a .vtu file that Perion wrote, drawn as points in the x-y plane, or a .
 pub enum Kind {
     Points,
     Curve,
+    Curves,
     Map,
 }
 
@@ -35,6 +38,7 @@ pub struct Options {
     pub range: Option<(f64, f64)>,
     pub width: usize,
     pub title: Option<String>,
+    pub logarithmic: bool,
     pub displacement_scale: Option<f64>,
     pub slice: Option<f64>,
     pub view: Option<View>,
@@ -55,6 +59,7 @@ impl Request {
             range: None,
             width: 1600,
             title: None,
+            logarithmic: false,
             displacement_scale: None,
             slice: None,
             view: None,
@@ -68,6 +73,8 @@ impl Request {
             match option {
                 "--help" | "-h" => return Ok(Self::Help),
                 "--curve" => options.kind = Kind::Curve,
+                "--curves" => options.kind = Kind::Curves,
+                "--logarithmic" => options.logarithmic = true,
                 "--map" => options.kind = Kind::Map,
                 "--field" => options.field = value()?,
                 "--title" => options.title = Some(value()?),

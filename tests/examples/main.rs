@@ -17,6 +17,7 @@ mod bend;
 mod checkerboard;
 mod own_material;
 mod specimen;
+mod traction_bar;
 mod twins;
 mod twist;
 mod wave;
