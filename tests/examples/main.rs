@@ -15,7 +15,9 @@ mod compilers;
 
 mod bend;
 mod checkerboard;
+mod hyperelastic_bar;
 mod own_material;
+mod patch;
 mod specimen;
 mod traction_bar;
 mod twins;
