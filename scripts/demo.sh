@@ -150,9 +150,41 @@ own_material() {
     picture "$out/c.csv" curve --curve --width 1200 --title "force of the held bar"
 }
 
+traction_bar() {
+    begin traction_bar
+    in_c 5 2 7 all body_force "$out/c.csv"
+    in_fortran 5 2 7 all body_force "$out/fortran.csv"
+    in_rust 5 2 7 all body_force "$out/rust.csv"
+    same_hashes
+    picture "$out/c.csv" errors --curves --logarithmic --width 1200 --title "size of the error of the length change"
+}
+
+hyperelastic_bar() {
+    begin hyperelastic_bar
+    in_c 14 5 4 "$out/c.csv" "$out/c"
+    in_fortran 14 5 4 "$out/fortran.csv" "$out/fortran"
+    in_rust 14 5 4 "$out/rust.csv" "$out/rust"
+    same_hashes
+    picture "$out/c.csv" curves --curves --width 1200 --title "displacement of the top"
+    picture "$out/c_updated_lagrangian.vtu" bar --field displacement.z --view 30 25 --right x --width 900
+}
+
+patch() {
+    begin patch
+    cloud=examples/patch/points.txt
+    in_c $cloud 388 "$out/c.csv" "$out/c"
+    in_fortran $cloud 388 "$out/fortran.csv" "$out/fortran"
+    in_rust $cloud 388 "$out/rust.csv" "$out/rust"
+    same_hashes
+    picture "$out/c.csv" disorder --curves --width 1200 --title "disorder"
+    for form in correspondence bond_associated_quadrature; do
+        picture "$out/c_$form.vtu" $form --field von_mises_stress --width 900
+    done
+}
+
 for name in "$@"; do
     case $name in
-        bend | branching | checkerboard | own_material | specimen | twist | wave) ;;
+        bend | branching | checkerboard | hyperelastic_bar | own_material | patch | specimen | traction_bar | twist | wave) ;;
         *)
             echo "there is no example $name"
             exit 1

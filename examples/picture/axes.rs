@@ -1,6 +1,6 @@
 //! The frame of a plot: two axes with ticks at round numbers, and the lettering around them.
 
-use crate::colours::{FAINT_INK, GRID, INK};
+use crate::colours::{Colour, FAINT_INK, GRID, INK};
 use crate::raster::Canvas;
 use crate::text::{Font, number};
 
@@ -13,7 +13,7 @@ pub struct Axis {
     high: f64,
     step: f64,
     /// Its values are powers of ten.
-    logarithmic: bool,
+    is_logarithmic: bool,
 }
 
 impl Axis {
@@ -30,16 +30,21 @@ impl Axis {
             3.5..7.5 => 5.0 * power,
             _ => 10.0 * power,
         };
-        Ok(Self { label: label.into(), low, high, step, logarithmic: false })
+        Ok(Self { label: label.into(), low, high, step, is_logarithmic: false })
     }
 
     /// From `low` to `high`, powers of ten, and as far as the next whole ones, where its ticks are.
-    pub fn logarithmic(label: &str, low: f64, high: f64) -> Result<Self, String> {
+    pub fn of_powers(label: &str, low: f64, high: f64) -> Result<Self, String> {
         let (low, high) = (low.floor(), high.ceil().max(low.floor() + 1.0));
         if high - low > 30.0 {
             return Err(format!("its '{label}' goes over {} powers of ten", high - low));
         }
-        Ok(Self { label: label.into(), low, high, step: 1.0, logarithmic: true })
+        Ok(Self { label: label.into(), low, high, step: 1.0, is_logarithmic: true })
+    }
+
+    /// The axis of numbers whose decimal logarithms it has, with ticks at powers of ten.
+    pub fn logarithmic(self) -> Self {
+        Self { step: self.step.ceil(), is_logarithmic: true, ..self }
     }
 
     /// The axis as far as its next ticks.
@@ -56,7 +61,7 @@ impl Axis {
 
     /// What stands at a tick.
     fn text(&self, tick: f64) -> String {
-        if self.logarithmic { number(10_f64.powf(tick)) } else { number(tick) }
+        if self.is_logarithmic { number(10_f64.powf(tick)) } else { number(tick) }
     }
 
     fn ticks(&self) -> Vec<f64> {
@@ -78,16 +83,17 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A plot in a picture of this width, half as high as it is wide, with some room left free on its right.
-    pub fn new(width: usize, [across, up]: [Axis; 2], titled: bool, right: usize) -> Self {
+    /// A plot in a picture of this width, half as high as it is wide, with room for lines of text above it and some room
+    /// left free on its right.
+    pub fn new(width: usize, [across, up]: [Axis; 2], above: usize, right: usize) -> Self {
         let (font, margin) = (Font::for_width(width), width / 32);
         let label =
             up.ticks().into_iter().map(|tick| font.width(&up.text(tick))).max().unwrap_or(0);
         let left = margin + label + font.height() / 2;
         // The label of the last tick is centred below it.
         let size = [width.saturating_sub(left + right + 2 * margin).max(width / 4), width * 7 / 16];
-        let lines = if titled { 4 } else { 2 };
-        Self { corner: [left, margin + lines * font.height()], size, font, margin, across, up }
+        let top = margin + (2 + above) * font.height();
+        Self { corner: [left, top], size, font, margin, across, up }
     }
 
     /// Height of the whole picture.
@@ -114,10 +120,20 @@ impl Frame {
     /// Faint lines across the plot at the ticks of the upright axis.
     pub fn draw_grid(&self, canvas: &mut Canvas) {
         for tick in self.up.ticks() {
-            let colour = if tick == 0.0 && !self.up.logarithmic { FAINT_INK } else { GRID };
+            let colour = if tick == 0.0 && !self.up.is_logarithmic { FAINT_INK } else { GRID };
             let [left, row] = self.pixel(self.across.low, tick).map(|pixel| pixel.round() as i64);
             canvas.fill([left, row - 1], [left + self.size[0] as i64, row + 1], colour);
         }
+    }
+
+    /// What a line of text above the plot says, behind a line of this colour.
+    pub fn draw_legend(&self, canvas: &mut Canvas, line: usize, colour: Colour, text: &str) {
+        let height = self.font.height();
+        let top = self.margin + line * height;
+        let [left, middle] = [self.margin as i64, (top + height / 2) as i64];
+        let long = 2 * height;
+        canvas.fill([left, middle - 2], [left + long as i64, middle + 2], colour);
+        self.font.write(canvas, text, [self.margin + long + height / 2, top], INK);
     }
 
     /// The axes with their ticks, numbers and labels, and the title.

@@ -5,9 +5,10 @@ pub type Colour = [u8; 3];
 pub const WHITE: Colour = [255, 255, 255];
 pub const INK: Colour = [40, 44, 52];
 pub const FAINT_INK: Colour = [118, 124, 134];
-/// Lines behind a curve, and the curve itself.
+/// Lines behind curves, and the curves themselves.
 pub const GRID: Colour = [228, 231, 236];
-pub const LINE: Colour = [190, 60, 40];
+pub const LINES: [Colour; 5] =
+    [[190, 60, 40], [35, 100, 170], [215, 150, 30], [40, 44, 52], [70, 150, 90]];
 /// For values that are not finite: a hue that the sequence does not pass.
 pub const NO_VALUE: Colour = [0, 150, 160];
 

@@ -1,25 +1,52 @@
-//! A curve: the second column of a table over its first.
+//! Curves: the second column of a table, or all others, over its first.
 
 use crate::axes::{Axis, Frame};
-use crate::colours::{Colour, LINE};
-use crate::options::Options;
+use crate::colours::{Colour, LINES};
+use crate::options::{Kind, Options};
 use crate::raster::Canvas;
 use crate::table::{Table, extremes};
 
 pub fn compose(table: &Table, options: &Options) -> Result<Canvas, String> {
-    if table.names.len() < 2 || table.rows[0].len() < 2 {
+    let columns = table.names.len().min(table.rows[0].len());
+    if columns < 2 {
         return Err("needs two columns, with their names in the first line".into());
     }
-    let axis = |column: usize| {
-        let (low, high) = extremes(table.rows.iter().map(|row| row[column]));
-        Axis::new(&table.names[column], low, high).map(Axis::rounded)
+    let last = if matches!(options.kind, Kind::Curves) { columns - 1 } else { 1 };
+    let drawn = 1..=last;
+    if last > LINES.len() {
+        return Err(format!("has {last} curves; at most {} are drawn", LINES.len()));
+    }
+    let value = |row: &[f64], column: usize| {
+        if options.logarithmic { row[column].abs().log10() } else { row[column] }
     };
+    let values =
+        || table.rows.iter().flat_map(|row| drawn.clone().map(|column| value(row, column)));
+    if let Some(lost) = values().find(|value| !value.is_finite()) {
+        return Err(format!("has a 0, whose logarithm is {lost}"));
+    }
+
+    let axis = |label: &str, (low, high): (f64, f64)| Axis::new(label, low, high);
+    let across = extremes(table.rows.iter().map(|row| row[0]));
+    let across = axis(&table.names[0], across)?.rounded();
+    // With one curve its name stands at the axis, with several beside their colours.
+    let mut up = axis(if last == 1 { &table.names[1] } else { "" }, extremes(values()))?;
+    if options.logarithmic {
+        up = up.logarithmic();
+    }
     let title = options.title.as_deref();
-    let frame = Frame::new(options.width, [axis(0)?, axis(1)?], title.is_some(), 0);
+    let above = if title.is_some() { 2 } else { 0 };
+    let legend = if last == 1 { 0 } else { last };
+    let frame = Frame::new(options.width, [across, up.rounded()], above + legend, 0);
     let mut canvas = Canvas::white(options.width, frame.picture_height());
     frame.draw_grid(&mut canvas);
-    let line: Vec<[f64; 2]> = table.rows.iter().map(|row| frame.pixel(row[0], row[1])).collect();
-    draw_line(&mut canvas, &line, options.width as f64 / 400.0, LINE);
+    for (column, colour) in drawn.clone().zip(LINES) {
+        let line: Vec<[f64; 2]> =
+            table.rows.iter().map(|row| frame.pixel(row[0], value(row, column))).collect();
+        draw_line(&mut canvas, &line, options.width as f64 / 400.0, colour);
+        if last > 1 {
+            frame.draw_legend(&mut canvas, above + column - 1, colour, &table.names[column]);
+        }
+    }
     frame.draw(&mut canvas, title);
     Ok(canvas)
 }

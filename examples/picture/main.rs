@@ -53,7 +53,9 @@ fn draw(options: &Options) -> Result<(), String> {
         Kind::Points => VtuFile::read(input)
             .and_then(|file| Scene::new(&file, options))
             .map(|scene| sheet::compose(&scene, options.width)),
-        Kind::Curve => Table::read(input).and_then(|table| curve::compose(&table, options)),
+        Kind::Curve | Kind::Curves => {
+            Table::read(input).and_then(|table| curve::compose(&table, options))
+        }
         Kind::Series => fs::read_to_string(input)
             .map_err(|reason| format!("cannot be read: {reason}"))
             .and_then(|text| series::compose(&text, options)),

@@ -21,7 +21,7 @@ pub fn compose(table: &Table, options: &Options) -> Result<Canvas, String> {
     let font = Font::for_width(options.width);
     let legend = Bar::new(font, (low, high));
     let margin = options.width / 32;
-    let frame = Frame::new(options.width, axes, true, legend.width() + margin);
+    let frame = Frame::new(options.width, axes, 2, legend.width() + margin);
     let mut canvas = Canvas::white(options.width, frame.picture_height());
     draw_cells(&mut canvas, &frame, table, &ends, (low, high));
     frame.draw(&mut canvas, Some(options.title.as_deref().unwrap_or(values)));

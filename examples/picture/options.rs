@@ -9,6 +9,8 @@ INPUT is a .vtu file that Perion wrote, drawn as points in the x-y plane, or a .
   --curve                   its second column over its first; the first line names them
   --series                  its third and fourth column on logarithmic axes: a colour for each word in the
                             first, a line for each word in the second
+  --curves                  all its columns over its first
+  --logarithmic             sizes of its values, on a logarithmic axis
   --map                     its rows, from below, as colours; its first line is
                             'label across,first,last,label up,first,last,label of the values'
 
@@ -27,6 +29,7 @@ pub enum Kind {
     Points,
     Curve,
     Series,
+    Curves,
     Map,
 }
 
@@ -38,6 +41,7 @@ pub struct Options {
     pub range: Option<(f64, f64)>,
     pub width: usize,
     pub title: Option<String>,
+    pub logarithmic: bool,
     pub displacement_scale: Option<f64>,
     pub slice: Option<f64>,
     pub view: Option<View>,
@@ -58,6 +62,7 @@ impl Request {
             range: None,
             width: 1600,
             title: None,
+            logarithmic: false,
             displacement_scale: None,
             slice: None,
             view: None,
@@ -72,6 +77,8 @@ impl Request {
                 "--help" | "-h" => return Ok(Self::Help),
                 "--curve" => options.kind = Kind::Curve,
                 "--series" => options.kind = Kind::Series,
+                "--curves" => options.kind = Kind::Curves,
+                "--logarithmic" => options.logarithmic = true,
                 "--map" => options.kind = Kind::Map,
                 "--field" => options.field = value()?,
                 "--title" => options.title = Some(value()?),

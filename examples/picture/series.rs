@@ -47,7 +47,7 @@ pub fn compose(text: &str, options: &Options) -> Result<Canvas, String> {
     let axis = |label: &str, axis: usize| {
         let places = lines.iter().flat_map(|line| &line.places);
         let (low, high) = extremes(places.map(|place| place[axis]));
-        Axis::logarithmic(label, low, high)
+        Axis::of_powers(label, low, high)
     };
     let font = Font::for_width(options.width);
     let widest = names.iter().map(|name| font.width(name)).max().unwrap_or(0);

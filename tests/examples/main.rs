@@ -15,8 +15,11 @@ mod compilers;
 
 mod bend;
 mod checkerboard;
+mod hyperelastic_bar;
 mod own_material;
+mod patch;
 mod specimen;
+mod traction_bar;
 mod twins;
 mod twist;
 mod wave;

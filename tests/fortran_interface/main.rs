@@ -134,7 +134,15 @@ fn module_and_examples_compile_where_integers_and_reals_are_of_64_bits() {
         };
         compile(&module_sources());
         compile(&[in_crate("tests/fortran/stops/main.f90")]);
-        for example in ["branching", "own_material", "specimen", "wave"] {
+        for example in [
+            "branching",
+            "hyperelastic_bar",
+            "own_material",
+            "patch",
+            "specimen",
+            "traction_bar",
+            "wave",
+        ] {
             compile(&[in_crate(&format!("examples/{example}/main.f90"))]);
         }
     }
