@@ -53,7 +53,12 @@ pub fn compose(text: &str, options: &Options) -> Result<Canvas, String> {
     let widest = names.iter().map(|name| font.width(name)).max().unwrap_or(0);
     let axes = [axis(across, 0)?, axis(up, 1)?];
     let title = options.title.as_deref();
-    let frame = Frame::new(options.width, axes, title.is_some(), widest + 3 * font.height());
+    let frame = Frame::new(
+        options.width,
+        axes,
+        if title.is_some() { 2 } else { 0 },
+        widest + 3 * font.height(),
+    );
     let mut canvas = Canvas::white(options.width, frame.picture_height());
     frame.draw_grid(&mut canvas);
     let mark = options.width as f64 / 250.0;
