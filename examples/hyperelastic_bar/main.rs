@@ -60,9 +60,11 @@ fn main() -> ExitCode {
 
 /// What is known at one load.
 pub struct Load {
+    /// On the top.
     pub traction: f64,
     /// Displacement of the top, in both forms.
     pub tops: [f64; 2],
+    /// The same of the law.
     pub exact: f64,
 }
 
