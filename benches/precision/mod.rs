@@ -28,8 +28,8 @@ const fn corrected(formulation: &'static str) -> Method {
     Method { formulation, corrected: true }
 }
 
-/// All but `bond_associated`, of which a single force costs as much as a whole run of the others, and the Lagrangian forms,
-/// which are `correspondence` with undeformed bonds.
+/// All but `bond_associated`, of which a single force costs as much as a whole run of the others, and the Lagrangian forms:
+/// the total one gives the errors of `correspondence`, the updated one costs ten times as much.
 pub const METHODS: [Method; 9] = [
     plain("bond_based"),
     corrected("bond_based"),
