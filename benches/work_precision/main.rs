@@ -18,7 +18,7 @@ use precision::{METHODS, Method, Outcome, PROBLEMS, Problem, Resolution};
 const RATIOS: [usize; 3] = [2, 3, 4];
 
 /// A run that is expected to take longer is left out, in seconds.
-const LONGEST: f64 = 2.0;
+const LONGEST: f64 = 1.0;
 
 /// Errors that a user may want.
 const WANTED: [f64; 3] = [0.1, 0.01, 0.001];
