@@ -16,10 +16,12 @@ typedef struct worker {
     int64_t steps;
 } worker;
 
+/* What flies about need not have an equilibrium that solve and relax could find. */
 static void note(worker *own, perion_status status)
 {
     own->refused += status == PERION_ERROR_STATE;
-    own->wrong += status != PERION_OK && status != PERION_ERROR_STATE;
+    own->wrong += status != PERION_OK && status != PERION_ERROR_STATE
+                  && status != PERION_ERROR_CONVERGENCE;
 }
 
 static int nod(void *user, int64_t done, int64_t total, double time)
