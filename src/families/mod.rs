@@ -188,6 +188,27 @@ impl Families {
         slots.filter_map(move |slot| self.bond(point, &lanes, slot))
     }
 
+    /// The bonds of a point in the lanes that `masks` gives of each of its blocks.
+    pub(crate) fn bonds_in(
+        &self,
+        point: usize,
+        masks: impl Fn(usize) -> u8,
+    ) -> impl Iterator<Item = Bond> {
+        let lanes = self.lanes(point);
+        let slots = self.blocks(point).flat_map(move |block| {
+            let mask = masks(block);
+            (0..LANES)
+                .filter(move |lane| mask >> lane & 1 == 1)
+                .map(move |lane| block * LANES + lane)
+        });
+        slots.filter_map(move |slot| self.bond(point, &lanes, slot))
+    }
+
+    /// The bond of a member of the lattice along a step of the stencil, if there is one.
+    pub(crate) fn bond_along(&self, point: usize, step: usize) -> Option<Bond> {
+        self.bond(point, &self.lanes(point), self.blocks(point).start * LANES + step)
+    }
+
     /// The bond that stands in a lane of a point. Its length has the same bits from both ends and for any storage.
     #[inline(always)]
     fn bond(&self, point: usize, lanes: &Lanes<'_>, slot: usize) -> Option<Bond> {

@@ -48,8 +48,8 @@ impl Limits<'_> {
 }
 
 impl Judge for Limits<'_> {
-    fn breaks(&self, point: usize, neighbor: usize) -> bool {
-        let bond = self.scene.families.between(point, neighbor);
+    fn breaks(&self, point: usize, step: usize) -> bool {
+        let bond = self.scene.families.bond_along(point, step);
         bond.is_some_and(|bond| self.breaks_bond(point, bond))
     }
 }
@@ -130,12 +130,9 @@ impl Various<'_> {
         remaining: &[u8],
         before: Option<&[f64]>,
     ) -> f64 {
-        let first = scene.families.blocks(point).start * LANES;
-        let broken = |bond: &Bond| {
-            let (block, bit) = ((bond.slot - first) / LANES, 1 << (bond.slot % LANES));
-            remaining[block] & bit == 0 && scene.bonds.is_intact(bond.slot)
-        };
-        let each = scene.families.bonds(point).filter(broken).map(|bond| {
+        let first = scene.families.blocks(point).start;
+        let broken = |block: usize| scene.bonds.intact[block] & !remaining[block - first];
+        let each = scene.families.bonds_in(point, broken).map(|bond| {
             let stretch = |displacement| {
                 let scene = Scene { displacement, ..*scene };
                 stretch(&scene, point, bond.neighbor, bond.length)

@@ -241,7 +241,8 @@ impl<'a> OnLattice<'a> {
         first(&mut parts);
         let mut intact = scene.bonds.intact;
         if let Some(remaining) = &mut remaining {
-            self.hand_out_breaks(scene, parts.broke.0, &mut held.followed, remaining);
+            let groups = (&*parts.broke.0, &*parts.masks.0);
+            self.hand_out_breaks(scene, groups, &mut held.followed, remaining);
             intact = remaining;
         }
         held.torn = false;
@@ -253,11 +254,11 @@ impl<'a> OnLattice<'a> {
     fn hand_out_breaks(
         &self,
         scene: &Scene<'_>,
-        broke: &[bool],
+        (broke, masks): (&[bool], &[u8]),
         followed: &mut [u8],
         remaining: &mut [u8],
     ) {
-        let Self { lattice, limits, .. } = *self;
+        let (lattice, row) = (self.lattice, self.lattice.row());
         if !broke.contains(&true) && lattice.count == scene.places.len() {
             return;
         }
@@ -276,13 +277,20 @@ impl<'a> OnLattice<'a> {
                     if seat != NOBODY && !has_broken {
                         continue;
                     }
-                    let condemned = families.bonds(point).filter(|_| has_broken);
-                    for bond in condemned.filter(|&bond| limits.breaks_bond(point, bond)) {
-                        remaining.values[bond.slot / LANES - first] &= !(1 << (bond.slot % LANES));
-                    }
-                    // As the group's masks. Should the step fail, they will be found to differ.
                     let blocks = families.blocks(point);
                     let blocks = blocks.start - first..blocks.end - first;
+                    if has_broken {
+                        let (group, lane) = (seat as usize / LANES, seat as usize % LANES);
+                        let of_group = &masks[group * row..(group + 1) * row];
+                        for (mask, steps) in
+                            remaining.values[blocks.clone()].iter_mut().zip(of_group.chunks(LANES))
+                        {
+                            for (bit, of_step) in steps.iter().enumerate() {
+                                *mask &= !((!of_step >> lane & 1) << bit);
+                            }
+                        }
+                    }
+                    // As the group's masks. Should the step fail, they will be found to differ.
                     followed.values[blocks.clone()].copy_from_slice(&remaining.values[blocks]);
                 }
             },

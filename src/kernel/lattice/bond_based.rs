@@ -47,7 +47,7 @@ impl<J: Judge, const D: usize> Kernel for BondSweep<'_, J, D> {
                     sum_up::<false, false, false, S, D>(simd, &groups, group, masks, force)
                 }
             };
-            let broken = beyond && judged(groups, judge, group, masks);
+            let broken = beyond && judged(simd, &groups, judge, group, masks);
             broke[number * LANES] |= broken;
             if broken || !finite {
                 sum_up::<false, false, true, S, D>(simd, &groups, group, masks, force);

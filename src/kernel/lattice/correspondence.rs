@@ -78,7 +78,7 @@ where
                     sum_up::<false, false, S, D>(simd, &groups, group, masks, &mut moved)
                 }
             };
-            if beyond && judged(groups, judge, group, masks) {
+            if beyond && judged(simd, &groups, judge, group, masks) {
                 broke[number * LANES] = true;
                 sum_up::<false, false, S, D>(simd, &groups, group, masks, &mut moved);
             }

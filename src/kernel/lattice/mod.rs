@@ -116,9 +116,9 @@ impl<'a, const D: usize> Groups<'a, D> {
     }
 }
 
-/// Says whether bonds break that come close to their limit: from one end to the other, by inner places.
+/// Says whether bonds break that come close to their limit: those of points along steps of the stencil.
 pub(crate) trait Judge: Copy + Sync {
-    fn breaks(&self, point: usize, neighbor: usize) -> bool;
+    fn breaks(&self, point: usize, step: usize) -> bool;
 }
 
 /// The bonds of a range of groups, and where they break.
@@ -149,25 +149,32 @@ fn are_whole(masks: &[u8]) -> bool {
 }
 
 /// Takes the bonds of a group that break from its masks, and says whether there were any.
-#[cold]
-#[inline(never)]
-fn judged<const D: usize>(
-    groups: Groups<'_, D>,
+#[inline(always)]
+fn judged<S: Simd, const D: usize>(
+    simd: S,
+    groups: &Groups<'_, D>,
     judge: impl Judge,
     group: usize,
     masks: &mut [u8],
 ) -> bool {
-    let lattice = groups.lattice;
     let mut broke = false;
-    for (step, mask) in lattice.stencil.iter().zip(masks) {
-        let bits = *mask;
-        for lane in (0..LANES).filter(|lane| bits >> lane & 1 == 1) {
-            let seat = group * LANES + lane;
-            let there = lattice.cell(seat).wrapping_add_signed(step.cells);
-            let [point, neighbor] = [lattice.members[seat], lattice.point_of[there]];
-            if judge.breaks(point as usize, neighbor as usize) {
-                *mask &= !(1 << lane);
-                broke = true;
+    for lane in (0..LANES).step_by(S::WIDTH) {
+        let cell = groups.cell(group) + lane;
+        let mut own = [simd.splat(0.0); D];
+        for (own, shifts) in own.iter_mut().zip(groups.shifts) {
+            *own = simd.load(&shifts[cell..]);
+        }
+        for (step, leg) in groups.legs.iter().enumerate() {
+            let close = stretch(simd, groups, cell, leg, &own).square.above(simd.splat(leg.limit));
+            let mut bits = (close.bits() << lane) & masks[step];
+            while bits != 0 {
+                let own = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                let point = groups.lattice.members[group * LANES + own] as usize;
+                if judge.breaks(point, step) {
+                    masks[step] &= !(1 << own);
+                    broke = true;
+                }
             }
         }
     }

@@ -52,7 +52,7 @@ impl<J: Judge, const D: usize> Kernel for DilationSweep<'_, J, D> {
                     left.sum_up::<false, false, false, D>(&groups, group, masks, place)
                 }
             };
-            let broken = beyond && judged(groups, judge, group, masks);
+            let broken = beyond && judged(simd, &groups, judge, group, masks);
             broke[number * LANES] |= broken;
             if broken || !finite {
                 left.sum_up::<false, false, true, D>(&groups, group, masks, place);
