@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use super::body::Body;
 use super::correspondence::Correspondence;
 use super::kept_rows::keep;
-use super::on_lattice::{LatticeState, OnLattice, Parts};
+use super::on_lattice::{LatticeState, OnLattice, Parts, masks_as_they_are};
 use super::passes::ForceSweep;
 use super::{Scene, in_lanes};
 use crate::error::Result;
@@ -156,10 +156,7 @@ impl Correspondence {
             unit.recip()
         };
         let influence = |length: f64| omega.at(length);
-        let remaining = breaking.as_mut().map(|breaking| {
-            breaking.intact.copy_from_slice(scene.bonds.intact);
-            &mut *breaking.intact
-        });
+        let remaining = masks_as_they_are(scene, breaking);
         let found = on.sweep(scene, influence, first, second, force, remaining);
         // The point whose material has failed is to be named, and not one that it pulls on.
         in_lanes::first(bad).or_else(|| (found != usize::MAX).then_some(found))

@@ -154,6 +154,16 @@ impl Held {
     }
 }
 
+/// The masks that bonds break in, where they do: as they are, to begin with.
+pub(super) fn masks_as_they_are<'a>(
+    scene: &Scene<'_>,
+    breaking: &'a mut Option<Breaking<'_>>,
+) -> Option<&'a mut [u8]> {
+    let Breaking { intact, .. } = breaking.as_mut()?;
+    intact.copy_from_slice(scene.bonds.intact);
+    Some(intact)
+}
+
 /// Copies displacements, over a unit, to the cells.
 fn place<const D: usize>(
     workers: &Workers,

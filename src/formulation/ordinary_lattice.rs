@@ -1,6 +1,6 @@
 //! The linear peridynamic solid on a body that is a lattice: dilatations, then tensions, of eight points at once.
 
-use super::on_lattice::{LatticeState, OnLattice, Parts};
+use super::on_lattice::{LatticeState, OnLattice, Parts, masks_as_they_are};
 use super::ordinary_state_based::Lps;
 use super::passes::ForceSweep;
 use super::{Scene, in_lanes};
@@ -40,10 +40,7 @@ impl Lps {
             });
             unit.recip()
         };
-        let remaining = breaking.as_mut().map(|breaking| {
-            breaking.intact.copy_from_slice(scene.bonds.intact);
-            &mut *breaking.intact
-        });
+        let remaining = masks_as_they_are(scene, breaking);
         let bad = on.sweep(scene, influence, first, second, force, remaining);
         (bad != usize::MAX).then_some(bad)
     }
