@@ -146,18 +146,18 @@ impl KeptRows {
                     .map(|(masks, limits)| in_lanes::break_here(scene, range.start, masks, limits));
                 let mut outputs = PointByPoint::new(outputs, range.start);
                 let kept = Kept { numbers: numbers.0, masks: kept_masks.values };
-                let finish = |point: usize, kept: &[f64], gradient: &Tensor<D>| {
+                let mut finish = |point: usize, kept: &[f64], gradient: &Tensor<D>| {
                     outputs.give(point, |own| finish(point, Point(kept), gradient, own));
                 };
-                let sweep = GradientSweep::<_, _, _, D, SIZE> {
+                let sweep = GradientSweep::<D, SIZE> {
                     family,
                     horizon,
                     range,
                     breaking,
                     kept,
                     wanted: &wanted,
-                    keep,
-                    finish,
+                    keep: &keep,
+                    finish: &mut finish,
                 };
                 if scene.simd.run(sweep) {
                     any_odd.store(true, Ordering::Relaxed);

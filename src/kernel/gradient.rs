@@ -66,16 +66,20 @@ pub(crate) struct Kept<'a> {
     pub(crate) masks: &'a mut [u8],
 }
 
-/// Gradients of the points of a range that are wanted, given to `finish`; what is kept of points is made by `keep`.
-pub(crate) struct GradientSweep<'a, W, K, F, const D: usize, const SIZE: usize> {
+/// What is done with the gradient at a point, and what is kept of the point.
+pub(crate) type Finish<'a, const D: usize> = dyn FnMut(usize, &[f64], &[[f64; D]; D]) + 'a;
+
+/// Gradients of the points of a range that are wanted, given to `finish`; what is kept of points is made by `keep`. What
+/// is asked once a point is called and not compiled in: the loops over bonds are the same for all.
+pub(crate) struct GradientSweep<'a, const D: usize, const SIZE: usize> {
     pub(crate) family: Family<'a>,
     pub(crate) horizon: f64,
     pub(crate) range: Range<usize>,
     pub(crate) breaking: Option<BreakHere<'a>>,
     pub(crate) kept: Kept<'a>,
-    pub(crate) wanted: W,
-    pub(crate) keep: K,
-    pub(crate) finish: F,
+    pub(crate) wanted: &'a dyn Fn(usize) -> bool,
+    pub(crate) keep: &'a dyn Fn(&Moments, &mut [f64]),
+    pub(crate) finish: &'a mut Finish<'a, D>,
 }
 
 /// Monomials of bonds: their vectors, and with second order these over the horizon and their products.
@@ -106,18 +110,13 @@ pub(super) fn monomials<S: Simd, const D: usize, const SIZE: usize>(
     terms
 }
 
-impl<W, K, F, const D: usize, const SIZE: usize> Kernel for GradientSweep<'_, W, K, F, D, SIZE>
-where
-    W: Fn(usize) -> bool,
-    K: Fn(&Moments, &mut [f64]),
-    F: FnMut(usize, &[f64], &[[f64; D]; D]),
-{
+impl<const D: usize, const SIZE: usize> Kernel for GradientSweep<'_, D, SIZE> {
     /// Whether there are odd points among them, which `finish` has not seen.
     type Output = bool;
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> bool {
-        let Self { family, horizon, range, mut breaking, kept, wanted, keep, mut finish } = self;
+        let Self { family, horizon, range, mut breaking, kept, wanted, keep, finish } = self;
         let sums = Sums { simd, family, horizon };
         let (width, start) = (kept_width(D, SIZE), family.slots(range.start).0 / 8);
         let mut odd = false;

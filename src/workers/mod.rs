@@ -24,6 +24,9 @@ const MOST_PARTS: usize = 64;
 /// Points and what a sweep writes of them, until a thread takes both.
 type Part<O> = Mutex<Option<(Range<usize>, O)>>;
 
+/// What a sweep does with a block of points and what it writes of them.
+type Leaf<'a, O> = &'a (dyn Fn(Range<usize>, O) + Sync);
+
 /// The threads of one simulation.
 pub(crate) struct Workers {
     pool: Pool,
@@ -56,10 +59,15 @@ impl Workers {
         outputs: O,
         leaf: impl Fn(Range<usize>, O) + Sync,
     ) {
+        self.sweep_parts(points, outputs, &leaf);
+    }
+
+    /// Compiled once for each kind of outputs: there are ten times as many leaves.
+    fn sweep_parts<O: Outputs>(&self, points: usize, outputs: O, leaf: Leaf<'_, O>) {
         let threads = self.pool.threads();
         let count = block_count(points).min(8 * threads).min(MOST_PARTS);
         if threads == 1 || count < 2 {
-            return divide(0..points, outputs, &leaf);
+            return divide(0..points, outputs, leaf);
         }
         let mut parts: [Part<O>; MOST_PARTS] = [const { Mutex::new(None) }; MOST_PARTS];
         share_out(0..points, outputs, &mut parts[..count]);
@@ -68,7 +76,7 @@ impl Workers {
             while let Some(part) = parts[..count].get(next.fetch_add(1, Ordering::Relaxed)) {
                 let taken = part.lock().unwrap_or_else(|poison| poison.into_inner()).take();
                 if let Some((range, outputs)) = taken {
-                    divide(range, outputs, &leaf);
+                    divide(range, outputs, leaf);
                 }
             }
         });
@@ -141,11 +149,7 @@ fn share_out<O: Outputs>(points: Range<usize>, outputs: O, parts: &mut [Part<O>]
 }
 
 /// Calls `leaf` block by block.
-fn divide<O: Outputs>(
-    points: Range<usize>,
-    mut outputs: O,
-    leaf: &(impl Fn(Range<usize>, O) + Sync),
-) {
+fn divide<O: Outputs>(points: Range<usize>, mut outputs: O, leaf: Leaf<'_, O>) {
     let mut start = points.start;
     while points.end - start > BLOCK {
         let (block, rest) = outputs.split(start, start + BLOCK);
