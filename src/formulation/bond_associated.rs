@@ -6,19 +6,24 @@
 //! t_ik = sum_{b: k in h_b} phi_b w_k P_b K_b^-1 xi_k. With force_form = literal the force of [P 4.20] as
 //! printed, t_ib = V(h_b)/V(H_i) w_b P_b K_b^-1 xi_b, which is not the slope of an energy.
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 use super::body::{Body, Link, Weights};
 use super::constants;
 use super::correspondence::add;
 use super::gradient::Shape;
-use super::kinematics::Kinematics;
+use super::kinematics::{Kinematics, Mean};
 use super::laws::{Laws, Sites};
 use super::passes::Passes;
 use super::state_based::StateBased;
-use super::{Formulation, FormulationEntry, Materials};
+use super::{Formulation, FormulationEntry, Materials, Scene};
 use crate::error::Result;
 use crate::families::{LANES, Property};
+use crate::kernel::associated::{FamilySweep, Member, Members, Near};
 use crate::material::{Answer, Deformation};
-use crate::tensor::{Tensor, Vector, add_outer, applied, product, scaled, zero};
+use crate::memory;
+use crate::tensor::{Tensor, Vector, applied, product, scaled};
+use crate::workers::most_parts;
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     name: "bond_associated",
@@ -44,6 +49,7 @@ struct BondAssociated {
     /// Square of the bonds' own horizon.
     reach: Property,
     literal: bool,
+    rooms: Rooms,
 }
 
 fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
@@ -56,17 +62,88 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         laws: Laws::new(materials, Sites::Lanes)?,
         reach,
         literal: materials.models[0].is_literal(),
+        rooms: Rooms::default(),
     };
     Ok(Box::new(StateBased::new(materials, bond_associated)?))
 }
 
-/// The family of a bond.
+/// What is known of the family of a bond.
 struct Associated<const D: usize> {
+    bond: Listed,
     shape: Shape<D>,
     deformation: Deformation<D>,
-    answer: Answer<D>,
     /// V(h)
     volume: f64,
+}
+
+/// The bonds of one point at a time.
+struct Room {
+    members: Members,
+    links: Vec<Listed>,
+}
+
+/// A bond in a room.
+#[derive(Debug, Clone, Copy)]
+struct Listed {
+    slot: usize,
+    /// w
+    own: f64,
+    /// The part of V_j in the family.
+    volume: f64,
+    /// xi
+    reference: [f64; 3],
+}
+
+/// Rooms for all parts of a sweep.
+#[derive(Default)]
+struct Rooms {
+    free: Mutex<Vec<Room>>,
+    bytes: usize,
+}
+
+impl Rooms {
+    fn new(count: usize, bonds: usize) -> Result<Self> {
+        let purpose = "families of bonds";
+        let mut rooms = memory::reserved(count, purpose)?;
+        for _ in 0..count {
+            let members = Members::with_room(memory::filled(0.0, Members::room(bonds), purpose)?);
+            rooms.push(Room { members, links: memory::reserved(bonds, purpose)? });
+        }
+        let each = |room: &Room| room.members.bytes() + memory::bytes(&room.links);
+        let bytes = memory::bytes(&rooms) + rooms.iter().map(each).sum::<usize>();
+        Ok(Self { free: Mutex::new(rooms), bytes })
+    }
+
+    fn free(&self) -> MutexGuard<'_, Vec<Room>> {
+        self.free.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Lends a room to `work`.
+    fn lend<T>(&self, work: impl FnOnce(&mut Room) -> T) -> T {
+        let mut lent = Lent { rooms: self, room: None };
+        loop {
+            let room = self.free().pop();
+            match room {
+                Some(room) => return work(lent.room.insert(room)),
+                // There are as many as parts: nobody waits but where a host's own law asks for more.
+                None => std::thread::yield_now(),
+            }
+        }
+    }
+}
+
+/// Comes back, whatever becomes of the work.
+struct Lent<'a> {
+    rooms: &'a Rooms,
+    room: Option<Room>,
+}
+
+impl Drop for Lent<'_> {
+    fn drop(&mut self) {
+        if let Some(room) = self.room.take() {
+            self.rooms.free().push(room);
+        }
+    }
 }
 
 impl BondAssociated {
@@ -79,49 +156,44 @@ impl BondAssociated {
         body.links(point).filter(move |link| families.owns(point, link.bond()))
     }
 
-    /// Those of them in the family of a bond.
-    fn near<'a, const D: usize>(
-        &self,
-        body: &Body<'a, D>,
-        point: usize,
-        bond: &Link<D>,
-    ) -> impl Iterator<Item = Link<D>> + use<'a, D> {
-        let (reach, end) = (self.reach.at(point), bond.reference);
-        Self::own(body, point).filter(move |link| {
-            let apart = link.reference.iter().zip(&end).map(|(x, end)| (x - end) * (x - end));
-            apart.sum::<f64>() <= reach
-        })
-    }
-
-    fn associated<const D: usize>(
+    /// Calls `each` for the bonds of a point; a tensor A that it gives adds A xi to the sums of the bonds in the family.
+    fn each_family<const D: usize>(
         &self,
         body: &Body<'_, D>,
         point: usize,
-        bond: &Link<D>,
-    ) -> Associated<D> {
-        let (mut tensor, mut moved, mut volume) = (zero(), zero(), 0.0);
-        for link in self.near(body, point, bond) {
-            let factor = link.own * link.volume;
-            add_outer(&mut tensor, factor, &link.reference, &link.reference);
-            add_outer(&mut moved, factor, &link.moved, &link.reference);
-            volume += link.share * link.volume;
+        room: &mut Room,
+        mut each: impl FnMut(&Associated<D>) -> Option<Tensor<D>>,
+    ) {
+        let Room { members, links } = room;
+        members.clear(body.scene.families.blocks(point).len() * LANES);
+        links.clear();
+        for link in Self::own(body, point) {
+            let Link { slot, own, reference, moved, .. } = link;
+            let (weight, volume) = (own * link.volume, link.share * link.volume);
+            members.add(&Member { reference, moved, weight, volume });
+            let reference = std::array::from_fn(|axis| *reference.get(axis).unwrap_or(&0.0));
+            links.push(Listed { slot, own, volume, reference });
         }
-        let shape = Shape::new(&tensor);
-        let gradient = product(&moved, &shape.inverse);
-        let deformation = Deformation { gradient, span: shape.span, rank: shape.rank };
-        let answer = self.laws.answer(body, point, bond.slot, &deformation);
-        Associated { shape, deformation, answer, volume }
+        let mut each = |number: usize, near: &Near<D>| {
+            let shape = Shape::new(&near.shape);
+            let gradient = product(&near.moved, &shape.inverse);
+            let deformation = Deformation { gradient, span: shape.span, rank: shape.rank };
+            each(&Associated { bond: links[number], shape, deformation, volume: near.volume })
+        };
+        body.scene.simd.run(FamilySweep {
+            members,
+            reach: self.reach.at(point),
+            each: &mut each,
+        });
     }
 
-    /// sum_b V(h_b), or with the literal force V(H).
-    fn share<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> f64 {
-        let own = |bond: Link<D>| -> f64 {
-            if self.literal {
-                return bond.share * bond.volume;
-            }
-            self.near(body, point, &bond).map(|link| link.share * link.volume).sum()
-        };
-        Self::own(body, point).map(own).sum()
+    fn answer<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        at: &Associated<D>,
+    ) -> Answer<D> {
+        self.laws.answer(body, point, at.bond.slot, &at.deformation)
     }
 }
 
@@ -149,9 +221,19 @@ impl Passes for BondAssociated {
         _: &[f64],
         ask: &mut dyn FnMut(usize, &Deformation<D>),
     ) {
-        for bond in Self::own(body, point) {
-            ask(bond.slot, &self.associated(body, point, &bond).deformation);
-        }
+        self.rooms.lend(|room| {
+            self.each_family(body, point, room, |at| {
+                ask(at.bond.slot, &at.deformation);
+                None
+            });
+        });
+    }
+
+    fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
+        let points = scene.places.len();
+        let most = (0..points).map(|point| scene.families.blocks(point).len() * LANES).max();
+        self.rooms = Rooms::new(most_parts(points), most.unwrap_or(0))?;
+        Ok(())
     }
 
     fn width(&self, _: usize) -> usize {
@@ -180,23 +262,30 @@ impl Passes for BondAssociated {
         lanes.fill(0.0);
         let (states, _) = lanes.as_chunks_mut::<D>();
         let first = body.scene.families.blocks(point).start * LANES;
-        let whole = self.share(body, point);
-        let mut sound = true;
-        for bond in Self::own(body, point) {
-            let at = self.associated(body, point, &bond);
-            sound &= at.answer.energy.is_finite();
-            let pull: Tensor<D> =
-                scaled(&product(&at.answer.stress, &at.shape.inverse), at.volume / whole);
-            if self.literal {
-                let state = &mut states[bond.slot - first];
-                add(state, bond.own, &applied(&pull, &bond.reference));
-                continue;
+        let (mut whole, mut sound) = (0.0, true);
+        self.rooms.lend(|room| {
+            self.each_family(body, point, room, |at| {
+                let answer = self.answer(body, point, at);
+                sound &= answer.energy.is_finite();
+                let pull = scaled(&product(&answer.stress, &at.shape.inverse), at.volume);
+                let Listed { slot, own, volume, reference } = at.bond;
+                if self.literal {
+                    whole += volume;
+                    let reference = std::array::from_fn(|axis| reference[axis]);
+                    states[slot - first] = applied(&pull, &reference).map(|pull| own * pull);
+                    return None;
+                }
+                whole += at.volume;
+                Some(pull)
+            });
+            for (number, &Listed { slot, own, .. }) in room.links.iter().enumerate() {
+                let state = &mut states[slot - first];
+                if !self.literal {
+                    *state = room.members.sum(number).map(|sum: f64| own * sum);
+                }
+                *state = state.map(|state| state / whole);
             }
-            for link in self.near(body, point, &bond) {
-                let state = &mut states[link.slot - first];
-                add(state, link.own, &applied(&pull, &link.reference));
-            }
-        }
+        });
         sound
     }
 
@@ -218,16 +307,14 @@ impl Passes for BondAssociated {
     }
 
     fn energy_at<const D: usize>(&self, body: &Body<'_, D>, point: usize, _: &[f64]) -> f64 {
-        let whole: f64 = Self::own(body, point)
-            .map(|bond| {
-                self.near(body, point, &bond).map(|link| link.share * link.volume).sum::<f64>()
-            })
-            .sum();
-        let terms = Self::own(body, point).map(|bond| {
-            let at = self.associated(body, point, &bond);
-            at.volume * at.answer.energy
+        let (mut whole, mut sum) = (0.0, 0.0);
+        self.rooms.lend(|room| {
+            self.each_family(body, point, room, |at| {
+                whole += at.volume;
+                sum += at.volume * self.answer(body, point, at).energy;
+                None
+            });
         });
-        let sum: f64 = terms.sum();
         if whole > 0.0 { sum / whole } else { 0.0 }
     }
 
@@ -238,23 +325,33 @@ impl Passes for BondAssociated {
         point: usize,
         _: &[f64],
     ) -> Kinematics {
-        let bonds = Self::own(body, point).map(|bond| {
-            let at = self.associated(body, point, &bond);
-            let across = self.laws.across(body, point, bond.slot, &at.deformation);
-            let plastic = self.laws.plastic(body, point, bond.slot);
-            let made = Kinematics::new(&at.deformation, &at.answer.stress, across);
-            (at.volume, made.with_plastic(plastic))
+        let mut mean = Mean::new();
+        self.rooms.lend(|room| {
+            self.each_family(body, point, room, |at| {
+                let answer = self.answer(body, point, at);
+                let across = self.laws.across(body, point, at.bond.slot, &at.deformation);
+                let plastic = self.laws.plastic(body, point, at.bond.slot);
+                let made = Kinematics::new(&at.deformation, &answer.stress, across);
+                mean.add(at.volume, &made.with_plastic(plastic));
+                None
+            });
         });
-        Kinematics::mean(bonds)
+        mean.made()
     }
 
     /// Where the family of one of its bonds does not span the body.
     fn is_degenerate<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> bool {
-        let mut bonds = Self::own(body, point);
-        bonds.any(|bond| self.associated(body, point, &bond).shape.rank < D)
+        let mut found = false;
+        self.rooms.lend(|room| {
+            self.each_family(body, point, room, |at| {
+                found |= at.shape.rank < D;
+                None
+            });
+        });
+        found
     }
 
     fn bytes(&self) -> usize {
-        self.laws.bytes() + self.reach.bytes()
+        self.laws.bytes() + self.reach.bytes() + self.rooms.bytes
     }
 }

@@ -27,6 +27,45 @@ pub(crate) struct Kinematics {
     pub(crate) equivalent_plastic_strain: f64,
 }
 
+/// The mean of several with their weights; at rest where there is none.
+pub(super) struct Mean {
+    of: Kinematics,
+    whole: f64,
+}
+
+impl Mean {
+    pub(super) fn new() -> Self {
+        let of = Kinematics {
+            displacement_gradient: zero(),
+            first_piola_stress: zero(),
+            dilatation: 0.0,
+            plastic_strain: zero(),
+            equivalent_plastic_strain: 0.0,
+        };
+        Self { of, whole: 0.0 }
+    }
+
+    pub(super) fn add(&mut self, weight: f64, part: &Kinematics) {
+        self.whole += weight;
+        // A running mean, which is exact where all are alike.
+        let share = if self.whole > 0.0 { weight / self.whole } else { 0.0 };
+        let towards = |mean: &mut Tensor<3>, part: &Tensor<3>| {
+            *mean = sum(mean, &scaled(&difference(part, mean), share));
+        };
+        let mean = &mut self.of;
+        towards(&mut mean.displacement_gradient, &part.displacement_gradient);
+        towards(&mut mean.first_piola_stress, &part.first_piola_stress);
+        mean.dilatation += share * (part.dilatation - mean.dilatation);
+        towards(&mut mean.plastic_strain, &part.plastic_strain);
+        mean.equivalent_plastic_strain +=
+            share * (part.equivalent_plastic_strain - mean.equivalent_plastic_strain);
+    }
+
+    pub(super) fn made(self) -> Kinematics {
+        self.of
+    }
+}
+
 impl Kinematics {
     /// Of a deformation that is completed here, and the stress in it; the dilatation is det F - 1.
     pub(super) fn new<const D: usize>(
@@ -76,34 +115,6 @@ impl Kinematics {
         let stress = product(&stress, &shape.span);
         let across = law.across_bonds(&deformation, contracted(&stress, &deformation.full()));
         Self::new(&deformation, &stress, across)
-    }
-
-    /// The mean of several with their weights; at rest where there is none.
-    pub(super) fn mean(parts: impl Iterator<Item = (f64, Self)>) -> Self {
-        let mut mean = Self {
-            displacement_gradient: zero(),
-            first_piola_stress: zero(),
-            dilatation: 0.0,
-            plastic_strain: zero(),
-            equivalent_plastic_strain: 0.0,
-        };
-        let mut whole = 0.0;
-        for (weight, part) in parts {
-            whole += weight;
-            // A running mean, which is exact where all are alike.
-            let share = if whole > 0.0 { weight / whole } else { 0.0 };
-            let towards = |mean: &Tensor<3>, part: &Tensor<3>| {
-                sum(mean, &scaled(&difference(part, mean), share))
-            };
-            mean.displacement_gradient =
-                towards(&mean.displacement_gradient, &part.displacement_gradient);
-            mean.first_piola_stress = towards(&mean.first_piola_stress, &part.first_piola_stress);
-            mean.dilatation += share * (part.dilatation - mean.dilatation);
-            mean.plastic_strain = towards(&mean.plastic_strain, &part.plastic_strain);
-            mean.equivalent_plastic_strain +=
-                share * (part.equivalent_plastic_strain - mean.equivalent_plastic_strain);
-        }
-        mean
     }
 
     /// F

@@ -1,5 +1,6 @@
 //! The inner loops over bonds, eight at a time.
 
+pub(crate) mod associated;
 pub(crate) mod bond_based;
 pub(crate) mod collocation;
 pub(crate) mod family;

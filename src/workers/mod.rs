@@ -134,6 +134,11 @@ pub(crate) fn block_count(points: usize) -> usize {
     points.div_ceil(BLOCK)
 }
 
+/// Most parts of a sweep that are at work at a time.
+pub(crate) fn most_parts(points: usize) -> usize {
+    block_count(points).clamp(1, MOST_PARTS)
+}
+
 /// Cuts a range of points between blocks, into as many parts as there is room for.
 fn share_out<O: Outputs>(points: Range<usize>, outputs: O, parts: &mut [Part<O>]) {
     let [part] = parts else {
