@@ -180,11 +180,7 @@ impl BondAssociated {
             let deformation = Deformation { gradient, span: shape.span, rank: shape.rank };
             each(&Associated { bond: links[number], shape, deformation, volume: near.volume })
         };
-        body.scene.simd.run(FamilySweep {
-            members,
-            reach: self.reach.at(point),
-            each: &mut each,
-        });
+        body.scene.simd.run(FamilySweep { members, reach: self.reach.at(point), each: &mut each });
     }
 
     fn answer<const D: usize>(

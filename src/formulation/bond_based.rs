@@ -6,9 +6,8 @@
 use std::f64::consts::PI;
 
 use super::body::{Body, ByModel, Link, Weights};
-use super::bond_forces::{self, BondForces};
+use super::bond_forces::{self, BondForces, energies};
 use super::bond_laws::{Alike, Limits, Various, close_to};
-use super::breaking::stretch;
 use super::calm::Calm;
 use super::constants;
 use super::on_lattice::{LatticeState, OnLattice};
@@ -229,10 +228,12 @@ impl Formulation for BondBased {
             self.calm = Some(Calm::new(scene, reach, self.breaks)?);
         }
         let Some(moduli) = &self.corrected else { return Ok(()) };
+        let room = self.scratch(scene.places.len(), 0, 0, false);
+        let mut scratch = crate::memory::filled(0.0, room, "surface factors")?;
         let factors = surface::factors(
             scene,
             |scene, density| {
-                self.energy_density(scene, &mut [], density, EnergyPart::Strain);
+                self.energy_density(scene, &mut scratch, density, EnergyPart::Strain);
                 Ok(())
             },
             |point| moduli.at(point),
@@ -275,7 +276,7 @@ impl Formulation for BondBased {
     fn energy_density(
         &self,
         scene: &Scene<'_>,
-        _: &mut [f64],
+        scratch: &mut [f64],
         density: &mut [f64],
         part: EnergyPart,
     ) {
@@ -283,14 +284,12 @@ impl Formulation for BondBased {
             density.fill(0.0);
             return;
         }
-        let law = self.various(scene, None);
-        self.sum_over_bonds(scene, density, |point, bond| {
-            if !scene.bonds.is_intact(bond.slot) {
-                return 0.0;
-            }
-            let stretch = stretch(scene, point, bond.neighbor, bond.length);
-            law.energy(scene, point, bond, [stretch; 2])
-        });
+        match (self.alike(scene, None), scene.dimension) {
+            (Some(law), 3) => energies::<3>(scene, law, scratch, density),
+            (Some(law), _) => energies::<2>(scene, law, scratch, density),
+            (None, 3) => energies::<3>(scene, self.various(scene, None), scratch, density),
+            (None, _) => energies::<2>(scene, self.various(scene, None), scratch, density),
+        }
     }
 
     fn kinematics(&self, scene: &Scene<'_>, _: &mut [f64], values: &mut [f64], read: &Read<'_>) {

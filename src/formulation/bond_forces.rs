@@ -10,7 +10,7 @@ use super::on_lattice::{OnLattice, Parts};
 use crate::damage::Breaking;
 use crate::families::LANES;
 use crate::families::lattice::NOBODY;
-use crate::kernel::bond_based::{BondLaw, Cloud, ForceSweep, Record};
+use crate::kernel::bond_based::{BondLaw, Cloud, EnergySweep, ForceSweep, Record};
 use crate::kernel::lattice::{BondSweep, Breaks};
 use crate::workers::{PerPoint, Ragged};
 
@@ -116,6 +116,26 @@ impl<L: BondLaw> BondForces<'_, L> {
         });
         bad.into_inner()
     }
+}
+
+/// Energies per volume of all points.
+pub(super) fn energies<const D: usize>(
+    scene: &Scene<'_>,
+    law: impl BondLaw,
+    scratch: &mut [f64],
+    density: &mut [f64],
+) {
+    let records = records_of::<true, D>(scene, scratch);
+    let cloud = Cloud::new(scene.families, records, scene.bonds.intact);
+    let has_steps = scene.families.lattice.is_some();
+    scene.workers.sweep(scene.places.len(), PerPoint(density, 1), |range, density| {
+        let density = density.0;
+        if has_steps {
+            scene.simd.run(EnergySweep::<_, true, D> { cloud, law, range, density });
+        } else {
+            scene.simd.run(EnergySweep::<_, false, D> { cloud, law, range, density });
+        }
+    });
 }
 
 /// No force on points that have no seat.

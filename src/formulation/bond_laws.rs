@@ -70,6 +70,16 @@ impl BondLaw for Alike<'_> {
         inverse * volume
     }
     #[inline(always)]
+    fn own_weight<S: Simd>(
+        &self,
+        simd: S,
+        part: &Part<'_>,
+        inverse: S::Lanes,
+        volume: S::Lanes,
+    ) -> S::Lanes {
+        self.weight(simd, part, inverse, volume)
+    }
+    #[inline(always)]
     fn threshold<S: Simd>(&self, simd: S, _: &Part<'_>) -> S::Lanes {
         simd.splat(close_to(self.critical))
     }
@@ -145,6 +155,22 @@ impl Various<'_> {
     }
 }
 
+/// A number of each bond.
+#[inline(always)]
+fn each_bond<S: Simd>(
+    simd: S,
+    part: &Part<'_>,
+    inverse: S::Lanes,
+    number: impl Fn(Bond) -> f64,
+) -> S::Lanes {
+    let mut inverses = [1.0; LANES];
+    inverse.store(&mut inverses);
+    simd.each(|lane| {
+        let neighbor = part.neighbors[lane] as usize;
+        number(Bond { slot: part.slot + lane, neighbor, length: inverses[lane].recip() })
+    })
+}
+
 impl BondLaw for Various<'_> {
     #[inline(always)]
     fn factor(&self) -> f64 {
@@ -158,14 +184,18 @@ impl BondLaw for Various<'_> {
         inverse: S::Lanes,
         volume: S::Lanes,
     ) -> S::Lanes {
-        let mut inverses = [1.0; LANES];
-        inverse.store(&mut inverses);
-        let stiffness = simd.each(|lane| {
-            let neighbor = part.neighbors[lane] as usize;
-            let bond = Bond { slot: part.slot + lane, neighbor, length: inverses[lane].recip() };
-            self.stiffness(part.point, bond)
-        });
-        inverse * volume * stiffness
+        inverse * volume * each_bond(simd, part, inverse, |bond| self.stiffness(part.point, bond))
+    }
+    #[inline(always)]
+    fn own_weight<S: Simd>(
+        &self,
+        simd: S,
+        part: &Part<'_>,
+        inverse: S::Lanes,
+        volume: S::Lanes,
+    ) -> S::Lanes {
+        let own = |bond| self.own_constant(part.point, bond) * self.integrity(bond.slot);
+        inverse * volume * each_bond(simd, part, inverse, own)
     }
     #[inline(always)]
     fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes {

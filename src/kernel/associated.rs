@@ -140,7 +140,11 @@ impl<S: Simd> Columns<'_, S> {
 
     /// Members from a lane on, and which of them are near a place. Not fused: on all levels the same are.
     #[inline(always)]
-    fn members<const D: usize>(&self, end: &[S::Lanes; D], lane: usize) -> ([S::Lanes; D], S::Mask) {
+    fn members<const D: usize>(
+        &self,
+        end: &[S::Lanes; D],
+        lane: usize,
+    ) -> ([S::Lanes; D], S::Mask) {
         let mut reference = *end;
         let mut apart = self.simd.splat(0.0);
         for (axis, place) in reference.iter_mut().enumerate() {
@@ -170,8 +174,7 @@ impl<S: Simd> Columns<'_, S> {
                 }
             }
         }
-        let mut near =
-            Near { shape: [[0.0; D]; D], moved: [[0.0; D]; D], volume: volumes.total() };
+        let mut near = Near { shape: [[0.0; D]; D], moved: [[0.0; D]; D], volume: volumes.total() };
         for row in 0..D {
             for column in 0..D {
                 near.moved[row][column] = pulled[row][column].total();

@@ -62,6 +62,14 @@ pub(crate) trait BondLaw: Copy + Sync {
         inverse: S::Lanes,
         volume: S::Lanes,
     ) -> S::Lanes;
+    /// The same of the point's own half of a bond, 2 of which make its energy.
+    fn own_weight<S: Simd>(
+        &self,
+        simd: S,
+        part: &Part<'_>,
+        inverse: S::Lanes,
+        volume: S::Lanes,
+    ) -> S::Lanes;
     /// (l/L)^2 - 1 beyond which a bond comes close to its limit.
     fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes;
     /// The least of these.
@@ -99,6 +107,27 @@ impl<L: BondLaw, const LEAN: bool, const STEPS: bool, const D: usize> Kernel
     }
 }
 
+/// Energies per volume of the points of a range, 1/4 sum c d s^2 L V_j. Lengths are computed.
+pub(crate) struct EnergySweep<'a, L, const STEPS: bool, const D: usize> {
+    pub(crate) cloud: Cloud<'a>,
+    pub(crate) law: L,
+    pub(crate) range: Range<usize>,
+    pub(crate) density: &'a mut [f64],
+}
+
+impl<L: BondLaw, const STEPS: bool, const D: usize> Kernel for EnergySweep<'_, L, STEPS, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { cloud, law, range, density } = self;
+        let pulls = Pulls::<_, _, true, STEPS>::new(simd, cloud, law, false);
+        for (density, point) in density.iter_mut().zip(range) {
+            *density = 0.25 * law.factor() * pulls.energy::<D>(point);
+        }
+    }
+}
+
 /// What the loops over points and parts share.
 #[derive(Clone, Copy)]
 struct Pulls<'a, S, L, const LEAN: bool, const STEPS: bool> {
@@ -121,6 +150,17 @@ struct Pulled<F, const D: usize> {
     change: F,
     /// V_j/L, and what else their stiffness has.
     weight: F,
+}
+
+/// The same before a law has weighed them.
+#[derive(Clone, Copy)]
+struct Stretched<F, const D: usize> {
+    bond: [F; D],
+    change: F,
+    /// 1/L
+    inverse: F,
+    /// V_j
+    volume: F,
 }
 
 /// Takes the bonds of a point that break from its masks, and says whether there were any.
@@ -147,7 +187,7 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
     #[inline(always)]
     fn new(simd: S, cloud: Cloud<'a>, law: L, skips_bare: bool) -> Self {
         let families = cloud.families;
-        assert!(if STEPS { LEAN } else { LEAN == families.inverse_lengths.is_none() });
+        assert!(LEAN || (!STEPS && families.inverse_lengths.is_some()));
         let lattice = families.lattice.as_ref().filter(|_| !STEPS);
         let lists = if STEPS { &families.offsets[..] } else { families.lists() };
         let listed = lists[cloud.records.len()] as usize * LANES;
@@ -201,11 +241,8 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
         point: usize,
         masks: &[u8],
     ) -> ([f64; D], bool) {
-        let Self { simd, cloud, .. } = *self;
-        let mut own = [simd.splat(0.0); 8];
-        for (own, number) in own.iter_mut().zip(cloud.records[point]) {
-            *own = simd.splat(number);
-        }
+        let simd = self.simd;
+        let own = self.own(point);
         let mut sum = [simd.splat(0.0); D];
         let mut beyond = 0;
         if !masks.is_empty() {
@@ -279,6 +316,35 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
         simd.load(unsafe { cloud.inverses.get_unchecked(slot..slot + S::WIDTH) })
     }
 
+    /// sum s^2 L V_j of the bonds of a point, times what else their stiffness has.
+    #[inline(always)]
+    fn energy<const D: usize>(&self, point: usize) -> f64 {
+        let Self { simd, cloud, law, .. } = *self;
+        let (own, blocks) = (self.own(point), cloud.families.blocks(point));
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+        let (first, mut sum) = (self.lists[point] as usize * LANES, zero);
+        for lane in (0..blocks.len() * LANES).step_by(S::WIDTH) {
+            let bits = cloud.intact[blocks.start + lane / LANES] >> (lane % LANES);
+            let mut names = [0; LANES];
+            let part = self.part(point, first + lane, &mut names);
+            let Stretched { change, inverse, volume, .. } = self.stretched::<D>(&part, &own);
+            // s = z/(1 + l/L)
+            let stretch = change / (one + (one + change).max(zero).sqrt());
+            let weight = law.own_weight(simd, &part, inverse, volume) / (inverse * inverse);
+            sum = sum + (weight * (stretch * stretch)).only(simd.mask(bits));
+        }
+        sum.total()
+    }
+
+    #[inline(always)]
+    fn own(&self, point: usize) -> [S::Lanes; 8] {
+        let mut own = [self.simd.splat(0.0); 8];
+        for (own, number) in own.iter_mut().zip(self.cloud.records[point]) {
+            *own = self.simd.splat(number);
+        }
+        own
+    }
+
     #[inline(always)]
     fn stretch<const D: usize>(
         &self,
@@ -286,9 +352,20 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
         slot: usize,
         own: &[S::Lanes; 8],
     ) -> Pulled<S::Lanes, D> {
-        let Self { simd, cloud, law, .. } = *self;
         let mut names = [0; LANES];
         let part = self.part(point, slot, &mut names);
+        let Stretched { bond, change, inverse, volume } = self.stretched(&part, own);
+        Pulled { bond, change, weight: self.law.weight(self.simd, &part, inverse, volume) }
+    }
+
+    #[inline(always)]
+    fn stretched<const D: usize>(
+        &self,
+        part: &Part<'_>,
+        own: &[S::Lanes; 8],
+    ) -> Stretched<S::Lanes, D> {
+        let Self { simd, cloud, .. } = *self;
+        let slot = part.slot;
         prefetch(&cloud.families.neighbors, slot + AHEAD * LANES);
         let mut inverse = self.inverse(slot);
         // SAFETY: the search makes neighbours of points of the body alone, and each has a record.
@@ -314,10 +391,6 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
         if LEAN {
             inverse = cloud.families.unit.inverse_length(simd, squared);
         }
-        Pulled {
-            bond,
-            change: product * (inverse * inverse),
-            weight: law.weight(simd, &part, inverse, places[3]),
-        }
+        Stretched { bond, change: product * (inverse * inverse), inverse, volume: places[3] }
     }
 }
