@@ -120,7 +120,7 @@ impl Plan {
         (0..self.count()).flat_map(bonds_of).fold(f64::INFINITY, f64::min)
     }
 
-    /// Numbers that a sweep for forces or energies writes aside; `graded`: bonds have an integrity of their own.
+    /// Numbers that a sweep for forces writes aside; `graded`: bonds have an integrity of their own.
     pub(crate) fn scratch(&self, graded: bool) -> usize {
         let lattice = self.families.lattice.as_ref();
         let alone = self.formulation.use_of_a_lattice() == LatticeUse::Parts;
@@ -128,6 +128,11 @@ impl Plan {
             // Groups of a lattice have room of their own.
             return 0;
         }
+        self.scratch_of_energies()
+    }
+
+    /// Numbers that a sweep for energies writes aside.
+    pub(crate) fn scratch_of_energies(&self) -> usize {
         let breaks = self.rule.is_some();
         self.formulation.scratch(self.count(), self.families.block_count(), self.dimension, breaks)
     }

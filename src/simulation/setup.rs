@@ -223,18 +223,19 @@ impl Simulation {
         let mut after = memory::filled(0.0, before.len(), "energy")?;
         let mut penalty = memory::filled(0.0, before.len(), "energy")?;
         let mut flowed = memory::filled(0.0, flowed_before.len(), "energy")?;
+        let mut scratch = memory::filled(0.0, built.plan.scratch_of_energies(), "energy")?;
         let kept = built.bonds.kept_for_a_stop()?;
         let warning = built.carry_out(&request, &points.order().centre)?;
         // What the bonds held is dissipated; what the host adds by raising an integrity is given.
-        let Built { workers, plan, bonds, scratch, .. } = &mut *built;
+        let Built { workers, plan, bonds, .. } = &mut *built;
         let scene = plan.scene(workers, bonds, &state.current.displacement);
         for (density, part) in
             [(&mut after, EnergyPart::Strain), (&mut penalty, EnergyPart::Stabilization)]
         {
-            plan.formulation.energy_density(&scene, scratch, density, part);
+            plan.formulation.energy_density(&scene, &mut scratch, density, part);
         }
         if remembers {
-            plan.formulation.energy_density(&scene, scratch, &mut flowed, EnergyPart::Plastic);
+            plan.formulation.energy_density(&scene, &mut scratch, &mut flowed, EnergyPart::Plastic);
         }
         if let Some(error) = stopped_by_law(plan) {
             bonds.take_back(kept);
@@ -359,7 +360,7 @@ impl Built {
     ) -> Result<Vec<f64>> {
         let scene = self.plan.scene(&self.workers, &self.bonds, displacement);
         let mut density = memory::filled(0.0, self.plan.count(), "energy")?;
-        let mut scratch = memory::filled(0.0, self.plan.scratch(self.bonds.is_graded()), "energy")?;
+        let mut scratch = memory::filled(0.0, self.plan.scratch_of_energies(), "energy")?;
         self.plan.formulation.energy_density(&scene, &mut scratch, &mut density, part);
         stopped_by_law(&self.plan).map_or(Ok(density), Err)
     }
