@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use super::body::{Body, ByModel, Link, Weights};
 use super::bond_forces::{self, BondForces, energies};
-use super::bond_laws::{Alike, Limits, Various, close_to};
+use super::bond_laws::{Alike, Common, Limits, Various, close_to};
 use super::calm::Calm;
 use super::constants;
 use super::on_lattice::{LatticeState, OnLattice};
@@ -136,6 +136,10 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
 impl BondBased {
     fn various<'a>(&'a self, scene: &'a Scene<'a>, rule: Option<&'a BreakRule>) -> Various<'a> {
         Various {
+            common: Common {
+                bond_constant: self.common_constant(scene),
+                critical: rule.and_then(BreakRule::uniform),
+            },
             bond_constants: &self.bond_constants,
             families: scene.families,
             integrity: scene.bonds.integrity,
@@ -144,19 +148,25 @@ impl BondBased {
         }
     }
 
+    /// The bond constant of all bonds but for integrity and correction, if they have one.
+    fn common_constant(&self, scene: &Scene<'_>) -> Option<f64> {
+        match self.bond_constants {
+            Property::Uniform(constant) if scene.families.reach.is_sharp_and_uniform() => {
+                Some(constant)
+            }
+            _ => None,
+        }
+    }
+
     /// The law of a scene in which all bonds are alike, if it is one.
     fn alike<'a>(&self, scene: &'a Scene<'a>, rule: Option<&'a BreakRule>) -> Option<Alike<'a>> {
-        let (Property::Uniform(bond_constant), true, None, None) = (
-            &self.bond_constants,
-            self.breaks_alike && scene.families.reach.is_sharp_and_uniform(),
-            scene.bonds.integrity,
-            &self.correction,
-        ) else {
+        if !self.breaks_alike || scene.bonds.integrity.is_some() || self.correction.is_some() {
             return None;
-        };
+        }
+        let bond_constant = self.common_constant(scene)?;
         let critical = rule.map_or(Some(f64::INFINITY), |rule| rule.uniform())?;
         let limits = Limits { scene, rule };
-        Some(Alike { bond_constant: *bond_constant, critical, limits })
+        Some(Alike { bond_constant, critical, limits })
     }
 
     /// The lattice, if the body has one and its bonds are all alike.

@@ -19,12 +19,23 @@ pub(super) struct Alike<'a> {
 /// Bonds that differ by their ends or one by one.
 #[derive(Clone, Copy)]
 pub(super) struct Various<'a> {
+    /// What all have in common.
+    pub(super) common: Common,
     pub(super) bond_constants: &'a Property,
     pub(super) families: &'a Families,
     pub(super) integrity: Option<&'a [f64]>,
     /// Factor of each lane by which bonds near a surface are stiffer.
     pub(super) correction: Option<&'a [f64]>,
     pub(super) limits: Limits<'a>,
+}
+
+/// What bonds that differ have in common nevertheless.
+#[derive(Clone, Copy)]
+pub(super) struct Common {
+    /// The bond constant but for integrity and correction.
+    pub(super) bond_constant: Option<f64>,
+    /// The stretch at which they break.
+    pub(super) critical: Option<f64>,
 }
 
 /// Which bonds break at a displacement. Kernels ask of those that come close to their limit: what they compute
@@ -118,6 +129,33 @@ impl Various<'_> {
         self.constant(point, bond.neighbor, bond.length)
     }
 
+    /// Bond constants times integrities; `each`: of bonds that have no constant in common.
+    #[inline(always)]
+    fn stiffnesses<S: Simd>(
+        &self,
+        simd: S,
+        part: &Part<'_>,
+        inverse: S::Lanes,
+        each: impl Fn(Bond) -> f64,
+    ) -> S::Lanes {
+        let Some(constant) = self.common.bond_constant else {
+            let mut inverses = [1.0; LANES];
+            inverse.store(&mut inverses);
+            return simd.each(|lane| {
+                let neighbor = part.neighbors[lane] as usize;
+                each(Bond { slot: part.slot + lane, neighbor, length: inverses[lane].recip() })
+            });
+        };
+        let mut stiffness = simd.splat(constant);
+        if let Some(correction) = self.correction {
+            stiffness = stiffness * simd.load(&correction[part.slot..]);
+        }
+        if let Some(integrity) = self.integrity {
+            stiffness = stiffness * simd.load(&integrity[part.slot..]);
+        }
+        stiffness
+    }
+
     /// Energy per volume that a point has in a bond: 1/4 c d s r L V_j at the stretches s and r.
     pub(super) fn energy(
         &self,
@@ -155,22 +193,6 @@ impl Various<'_> {
     }
 }
 
-/// A number of each bond.
-#[inline(always)]
-fn each_bond<S: Simd>(
-    simd: S,
-    part: &Part<'_>,
-    inverse: S::Lanes,
-    number: impl Fn(Bond) -> f64,
-) -> S::Lanes {
-    let mut inverses = [1.0; LANES];
-    inverse.store(&mut inverses);
-    simd.each(|lane| {
-        let neighbor = part.neighbors[lane] as usize;
-        number(Bond { slot: part.slot + lane, neighbor, length: inverses[lane].recip() })
-    })
-}
-
 impl BondLaw for Various<'_> {
     #[inline(always)]
     fn factor(&self) -> f64 {
@@ -184,7 +206,9 @@ impl BondLaw for Various<'_> {
         inverse: S::Lanes,
         volume: S::Lanes,
     ) -> S::Lanes {
-        inverse * volume * each_bond(simd, part, inverse, |bond| self.stiffness(part.point, bond))
+        let stiffness =
+            self.stiffnesses(simd, part, inverse, |bond| self.stiffness(part.point, bond));
+        inverse * volume * stiffness
     }
     #[inline(always)]
     fn own_weight<S: Simd>(
@@ -195,11 +219,14 @@ impl BondLaw for Various<'_> {
         volume: S::Lanes,
     ) -> S::Lanes {
         let own = |bond| self.own_constant(part.point, bond) * self.integrity(bond.slot);
-        inverse * volume * each_bond(simd, part, inverse, own)
+        inverse * volume * self.stiffnesses(simd, part, inverse, own)
     }
     #[inline(always)]
     fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes {
         let Some(rule) = self.limits.rule else { return simd.splat(f64::INFINITY) };
+        if let Some(critical) = self.common.critical {
+            return simd.splat(close_to(critical));
+        }
         simd.each(|lane| {
             let neighbor = part.neighbors[lane] as usize;
             close_to(rule.threshold(part.slot + lane, part.point, neighbor))
