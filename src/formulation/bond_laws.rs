@@ -2,6 +2,7 @@
 
 use super::Scene;
 use super::breaking::stretch;
+use super::surface::Correction;
 use crate::damage::BreakRule;
 use crate::families::{Bond, Families, LANES, Property};
 use crate::kernel::bond_based::{BondLaw, Part};
@@ -22,8 +23,8 @@ pub(super) struct Various<'a> {
     pub(super) bond_constants: &'a Property,
     pub(super) families: &'a Families,
     pub(super) integrity: Option<&'a [f64]>,
-    /// Factor of each lane by which bonds near a surface are stiffer.
-    pub(super) correction: Option<&'a [f64]>,
+    /// By how much bonds near a surface are stiffer.
+    pub(super) correction: Option<&'a Correction>,
     pub(super) limits: Limits<'a>,
 }
 
@@ -87,11 +88,12 @@ impl Various<'_> {
         self.families.reach.share(point, neighbor, length) * self.bond_constants.at(point)
     }
 
-    /// Integrity of a bond, and with it what the surface adds.
+    /// Integrity of a bond, and with it what the surface adds, to the constants of both its ends.
     #[inline(always)]
-    fn integrity(&self, slot: usize) -> f64 {
-        let correction = self.correction.map_or(1.0, |values| values[slot]);
-        correction * self.integrity.map_or(1.0, |values| values[slot])
+    fn integrity(&self, slot: usize) -> [f64; 2] {
+        let factors = self.correction.map_or([1.0; 2], |factors| factors.at(slot));
+        let integrity = self.integrity.map_or(1.0, |values| values[slot]);
+        factors.map(|factor| factor * integrity)
     }
 
     /// Bond constant times integrity that acts between both ends of one bond.
@@ -99,7 +101,8 @@ impl Various<'_> {
         let Bond { slot, neighbor, length } = bond;
         let (own, other) =
             (self.constant(point, neighbor, length), self.constant(neighbor, point, length));
-        0.5 * (own + other) * self.integrity(slot)
+        let [of_own, of_other] = self.integrity(slot);
+        0.5 * (own * of_own + other * of_other)
     }
 
     /// Bond constant of the point's own material, whatever the bond's integrity; less in the rim of its
@@ -116,7 +119,7 @@ impl Various<'_> {
         bond: Bond,
         stretches: [f64; 2],
     ) -> f64 {
-        let stiffness = self.own_constant(point, bond) * self.integrity(bond.slot);
+        let stiffness = self.own_constant(point, bond) * self.integrity(bond.slot)[0];
         let [now, pulled] = stretches;
         0.25 * stiffness * now * scene.places[bond.neighbor][3] * pulled * bond.length
     }
