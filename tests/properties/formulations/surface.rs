@@ -76,44 +76,45 @@ fn shares(body: &Body, simulation: &mut Simulation, ratio: f64, strain: &Matrix)
     energy_densities(simulation).iter().map(|energy| energy / expected).collect()
 }
 
-#[test]
-fn families_have_the_stiffness_of_their_material() {
+/// How far the energy of a point inside a cube, in a face, at an edge and at a corner is from that of the material at
+/// strains without order, at the last two without shear: bonds in one quadrant couple it to stretch.
+fn off_the_material(form: Form, correction: &str) -> [f64; 4] {
     const SIDE: usize = 9;
-    let at = |x: usize, y: usize, z: usize| x + SIDE * (y + SIDE * z);
+    let at = |[x, y, z]: [usize; 3]| x + SIDE * (y + SIDE * z);
     let body = body_at(3, lattice(3, [SIDE; 3]), 3.015);
     let mut random = body.scene.random(21);
+    let mut simulation = corrected(&body, form, correction);
+    let mut worst = [0.0_f64; 4];
+    for number in 0..12 {
+        let is_sheared = number % 2 == 0;
+        let mut strain = [[0.0; 3]; 3];
+        for row in 0..3 {
+            for column in 0..=row {
+                let is_known = is_sheared || row == column;
+                let value = if is_known { random.between(-1e-6, 1e-6) } else { 0.0 };
+                (strain[row][column], strain[column][row]) = (value, value);
+            }
+        }
+        let shares = shares(&body, &mut simulation, ratio_of(form), &strain);
+        let points = [[4, 4, 4], [8, 4, 4], [8, 8, 4], [8, 8, 8]].map(at);
+        for (place, (worst, point)) in worst.iter_mut().zip(points).enumerate() {
+            if place < 2 || !is_sheared {
+                *worst = worst.max((shares[point] - 1.0).abs());
+            }
+        }
+    }
+    println!("{form:?} {correction}: {worst:.4?}");
+    worst
+}
+
+#[test]
+fn families_have_the_stiffness_of_their_material() {
     for form in FORMS {
-        let ratio = ratio_of(form);
-        let mut simulation = corrected(&body, form, "stiffness_tensor");
-        let mut worst = [0.0_f64; 4];
-        for number in 0..12 {
-            let mut strain = [[0.0; 3]; 3];
-            for row in 0..3 {
-                for column in 0..=row {
-                    // Every other one without shear: that is all that edges and corners are good for.
-                    let known = number % 2 == 0 || row == column;
-                    let value = if known { random.between(-1e-6, 1e-6) } else { 0.0 };
-                    (strain[row][column], strain[column][row]) = (value, value);
-                }
-            }
-            let shares = shares(&body, &mut simulation, ratio, &strain);
-            for (worst, point) in
-                worst.iter_mut().zip([at(4, 4, 4), at(8, 4, 4), at(8, 8, 4), at(8, 8, 8)])
-            {
-                let is_cut_twice = point >= at(8, 8, 4);
-                if !is_cut_twice || number % 2 == 1 {
-                    *worst = worst.max((shares[point] - 1.0).abs());
-                }
-            }
-        }
-        println!(
-            "{form:?}: inside {:.1e}, face {:.1e}, edge {:.1e}, corner {:.1e}",
-            worst[0], worst[1], worst[2], worst[3]
-        );
-        // Without correction 0.07 inside and up to 0.9 at a corner.
-        for (worst, most) in worst.into_iter().zip([5e-3, 1e-2, 5e-2, 1e-1]) {
-            assert!(worst < most, "{form:?}: {worst}");
-        }
+        ["none", "energy"].map(|correction| off_the_material(form, correction));
+        // What the tensors cost inside and in faces; what edges and corners cannot have.
+        let most = [6e-3, 6e-3, 0.1, 0.15];
+        let worst = off_the_material(form, "stiffness_tensor");
+        assert!(worst.iter().zip(most).all(|(worst, most)| *worst < most), "{form:?}: {worst:?}");
     }
 }
 
