@@ -1,5 +1,6 @@
 //! Weighted families: what the passes of the state-based formulations go over.
 
+use super::surface::Correction;
 use super::{Materials, Scene};
 use crate::error::Result;
 use crate::families::{Bond, LANES, Property};
@@ -59,8 +60,7 @@ impl<T> ByModel<T> {
 pub(crate) struct Weights {
     influence: ByModel<Influence>,
     pub(crate) horizons: Property,
-    /// Correction of each lane, both ends alike.
-    pub(super) correction: Option<Vec<f64>>,
+    pub(super) correction: Option<Correction>,
     dimension: usize,
     /// w_ij and w_ji of each lane, the latter where they differ; kept for sweeps in lanes where they do not follow from
     /// lengths.
@@ -132,18 +132,23 @@ impl Weights {
     /// The part of the volume of a bond's other end in a point's family, and w_ij and w_ji but for its integrity.
     #[inline(always)]
     fn of(&self, scene: &Scene<'_>, point: usize, bond: Bond) -> (f64, [f64; 2]) {
-        let correction = self.correction.as_ref().map_or(1.0, |values| values[bond.slot]);
-        let weight = |point: usize, share: f64| {
-            if share > 0.0 { self.value(point, bond.length) * correction * share } else { 0.0 }
+        let factors = self.correction.as_ref().map_or([1.0; 2], |factors| factors.at(bond.slot));
+        let weight = |point: usize, factor: f64, share: f64| {
+            if share > 0.0 { self.value(point, bond.length) * factor * share } else { 0.0 }
         };
         let reach = &scene.families.reach;
         let share = reach.share(point, bond.neighbor, bond.length);
-        let own = weight(point, share);
+        let own = weight(point, factors[0], share);
         if self.are_shared() {
             return (share, [own; 2]);
         }
         let back = reach.share(bond.neighbor, point, bond.length);
-        (share, [own, weight(bond.neighbor, back)])
+        (share, [own, weight(bond.neighbor, factors[1], back)])
+    }
+
+    /// w_ij but for its integrity.
+    pub(super) fn own(&self, scene: &Scene<'_>, point: usize, bond: Bond) -> f64 {
+        self.of(scene, point, bond).1[0]
     }
 
     /// omega of a point's family at a length; in the rim of the horizon that at the horizon.
@@ -155,13 +160,15 @@ impl Weights {
 
     /// Whether both ends give a bond the same weight.
     pub(super) fn are_shared(&self) -> bool {
-        self.influence.only().is_some() && matches!(self.horizons, Property::Uniform(_))
+        self.influence.only().is_some()
+            && matches!(self.horizons, Property::Uniform(_))
+            && self.correction.as_ref().is_none_or(Correction::is_shared)
     }
 
     pub(super) fn bytes(&self) -> usize {
         self.influence.bytes()
             + self.horizons.bytes()
-            + self.correction.as_ref().map_or(0, memory::bytes)
+            + self.correction.as_ref().map_or(0, Correction::bytes)
             + memory::bytes(&self.own)
             + memory::bytes(&self.other)
     }

@@ -12,8 +12,10 @@ use super::calm::Calm;
 use super::constants;
 use super::on_lattice::{LatticeState, OnLattice};
 use super::ordinary_state_based::extension;
+use super::surface::{Correction, Surface};
 use super::{
     EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Read, Scene, surface,
+    surface_stiffness,
 };
 use crate::damage::{BreakRule, Breaking};
 use crate::error::{Error, Result};
@@ -21,7 +23,7 @@ use crate::families::lattice::LatticeUse;
 use crate::families::{Bond, Property};
 use crate::kernel::bond_based::{BondLaw, Record};
 use crate::material::Law;
-use crate::model::{Elastic, Influence, Model, Plane};
+use crate::model::{Elastic, Influence, Model, Plane, SurfaceCorrection};
 use crate::workers::PerPoint;
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
@@ -46,10 +48,10 @@ pub(super) const ENTRY: FormulationEntry = FormulationEntry {
 
 struct BondBased {
     bond_constants: Property,
-    /// lambda/2 + mu, where the surface is to be corrected.
-    corrected: Option<Property>,
-    /// Factor of each lane, once they are known.
-    correction: Option<Vec<f64>>,
+    /// Where the surface is to be corrected.
+    surface: Option<Surface<Property>>,
+    /// Factors of bonds, once they are known.
+    correction: Option<Correction>,
     /// Every bond counts alike in the deformation gradient.
     weights: Weights,
     /// For what lies across; bonds do not ask it.
@@ -101,7 +103,7 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         |model, horizon| bond_constant(model, materials.dimension, horizon),
         "bond constants",
     )?;
-    let corrected = if materials.models[0].corrects_surface() {
+    let surface = if let Some(correction) = materials.models[0].surface_correction() {
         let modulus = |model: &Model, _| {
             let elastic = elastic(model, materials.dimension)?;
             let lambda = match materials.dimension {
@@ -110,7 +112,7 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
             };
             Ok(0.5 * lambda + elastic.shear_modulus)
         };
-        Some(materials.property(modulus, "moduli")?)
+        Some(Surface { correction, moduli: materials.property(modulus, "moduli")? })
     } else {
         None
     };
@@ -122,7 +124,7 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
     let breaks_alike = true;
     Ok(Box::new(BondBased {
         bond_constants,
-        corrected,
+        surface,
         correction,
         weights,
         laws,
@@ -143,7 +145,7 @@ impl BondBased {
             bond_constants: &self.bond_constants,
             families: scene.families,
             integrity: scene.bonds.integrity,
-            correction: self.correction.as_deref(),
+            correction: self.correction.as_ref(),
             limits: Limits { scene, rule },
         }
     }
@@ -219,7 +221,7 @@ impl Formulation for BondBased {
 
     fn use_of_a_lattice(&self) -> LatticeUse {
         let alike = matches!(self.bond_constants, Property::Uniform(_)) && self.breaks_alike;
-        if alike && self.corrected.is_none() { LatticeUse::Parts } else { LatticeUse::None }
+        if alike && self.surface.is_none() { LatticeUse::Parts } else { LatticeUse::None }
     }
 
     fn know_limits(&mut self, any: bool, are_alike: bool) {
@@ -233,21 +235,33 @@ impl Formulation for BondBased {
         if let Some(reach) = scene.families.reach.uniform_radius()
             && matches!(self.bond_constants, Property::Uniform(_))
             && self.breaks_alike
-            && self.corrected.is_none()
+            && self.surface.is_none()
         {
             self.calm = Some(Calm::new(scene, reach, self.breaks)?);
         }
-        let Some(moduli) = &self.corrected else { return Ok(()) };
+        let Some(Surface { correction, moduli }) = &self.surface else { return Ok(()) };
         let room = self.scratch(scene.places.len(), 0, 0, false);
         let mut scratch = crate::memory::filled(0.0, room, "surface factors")?;
-        let factors = surface::factors(
-            scene,
-            |scene, density| {
-                self.energy_density(scene, &mut scratch, density, EnergyPart::Strain);
-                Ok(())
-            },
-            |point| moduli.at(point),
-        )?;
+        let factors = match correction {
+            SurfaceCorrection::Energy => surface::factors(
+                scene,
+                |scene, density| {
+                    self.energy_density(scene, &mut scratch, density, EnergyPart::Strain);
+                    Ok(())
+                },
+                |point| moduli.at(point),
+            ),
+            SurfaceCorrection::StiffnessTensor => {
+                let (law, size) = (self.various(scene, None), scene.dimension as f64);
+                // W = 1/4 sum c d s^2 L V is lambda/2 + mu at a strain of 1 along an axis.
+                let weight = |point: usize, bond: Bond| {
+                    let volume = scene.places[bond.neighbor][3];
+                    0.5 * law.own_constant(point, bond) * volume * bond.length
+                };
+                let total = |point: usize, _| 2.0 / 3.0 * size * (size + 2.0) * moduli.at(point);
+                surface_stiffness::factors(scene, weight, total)
+            }
+        }?;
         self.correction = Some(factors);
         Ok(())
     }
@@ -334,7 +348,7 @@ impl Formulation for BondBased {
 
     fn bytes(&self) -> usize {
         self.bond_constants.bytes()
-            + self.correction.as_ref().map_or(0, crate::memory::bytes)
+            + self.correction.as_ref().map_or(0, Correction::bytes)
             + self.weights.bytes()
             + self.laws.bytes()
             + self.lattice.as_ref().map_or(0, LatticeState::bytes)

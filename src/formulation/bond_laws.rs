@@ -2,6 +2,7 @@
 
 use super::Scene;
 use super::breaking::stretch;
+use super::surface::Correction;
 use crate::damage::BreakRule;
 use crate::families::{Bond, Families, LANES, Property};
 use crate::kernel::bond_based::{BondLaw, Part};
@@ -24,8 +25,8 @@ pub(super) struct Various<'a> {
     pub(super) bond_constants: &'a Property,
     pub(super) families: &'a Families,
     pub(super) integrity: Option<&'a [f64]>,
-    /// Factor of each lane by which bonds near a surface are stiffer.
-    pub(super) correction: Option<&'a [f64]>,
+    /// By how much bonds near a surface are stiffer.
+    pub(super) correction: Option<&'a Correction>,
     pub(super) limits: Limits<'a>,
 }
 
@@ -108,11 +109,12 @@ impl Various<'_> {
         self.families.reach.share(point, neighbor, length) * self.bond_constants.at(point)
     }
 
-    /// Integrity of a bond, and with it what the surface adds.
+    /// Integrity of a bond, and with it what the surface adds, to the constants of both its ends.
     #[inline(always)]
-    fn integrity(&self, slot: usize) -> f64 {
-        let correction = self.correction.map_or(1.0, |values| values[slot]);
-        correction * self.integrity.map_or(1.0, |values| values[slot])
+    fn integrity(&self, slot: usize) -> [f64; 2] {
+        let factors = self.correction.map_or([1.0; 2], |factors| factors.at(slot));
+        let integrity = self.integrity.map_or(1.0, |values| values[slot]);
+        factors.map(|factor| factor * integrity)
     }
 
     /// Bond constant times integrity that acts between both ends of one bond.
@@ -120,7 +122,8 @@ impl Various<'_> {
         let Bond { slot, neighbor, length } = bond;
         let (own, other) =
             (self.constant(point, neighbor, length), self.constant(neighbor, point, length));
-        0.5 * (own + other) * self.integrity(slot)
+        let [of_own, of_other] = self.integrity(slot);
+        0.5 * (own * of_own + other * of_other)
     }
 
     /// Bond constant of the point's own material, whatever the bond's integrity; less in the rim of its
@@ -129,9 +132,10 @@ impl Various<'_> {
         self.constant(point, bond.neighbor, bond.length)
     }
 
-    /// Bond constants times integrities; `each`: of bonds that have no constant in common.
+    /// Bond constants times integrities, the mean of `BOTH` ends or those of the point; `each`: of bonds that have no constant
+    /// in common.
     #[inline(always)]
-    fn stiffnesses<S: Simd>(
+    fn stiffnesses<S: Simd, const BOTH: bool>(
         &self,
         simd: S,
         part: &Part<'_>,
@@ -148,7 +152,11 @@ impl Various<'_> {
         };
         let mut stiffness = simd.splat(constant);
         if let Some(correction) = self.correction {
-            stiffness = stiffness * simd.load(&correction[part.slot..]);
+            let mut factor = simd.load(&correction.own[part.slot..]);
+            if BOTH && !correction.is_shared() {
+                factor = simd.splat(0.5) * (factor + simd.load(&correction.other[part.slot..]));
+            }
+            stiffness = stiffness * factor;
         }
         if let Some(integrity) = self.integrity {
             stiffness = stiffness * simd.load(&integrity[part.slot..]);
@@ -164,7 +172,7 @@ impl Various<'_> {
         bond: Bond,
         stretches: [f64; 2],
     ) -> f64 {
-        let stiffness = self.own_constant(point, bond) * self.integrity(bond.slot);
+        let stiffness = self.own_constant(point, bond) * self.integrity(bond.slot)[0];
         let [now, pulled] = stretches;
         0.25 * stiffness * now * scene.places[bond.neighbor][3] * pulled * bond.length
     }
@@ -206,8 +214,8 @@ impl BondLaw for Various<'_> {
         inverse: S::Lanes,
         volume: S::Lanes,
     ) -> S::Lanes {
-        let stiffness =
-            self.stiffnesses(simd, part, inverse, |bond| self.stiffness(part.point, bond));
+        let stiffness = self
+            .stiffnesses::<S, true>(simd, part, inverse, |bond| self.stiffness(part.point, bond));
         inverse * volume * stiffness
     }
     #[inline(always)]
@@ -218,8 +226,8 @@ impl BondLaw for Various<'_> {
         inverse: S::Lanes,
         volume: S::Lanes,
     ) -> S::Lanes {
-        let own = |bond| self.own_constant(part.point, bond) * self.integrity(bond.slot);
-        inverse * volume * self.stiffnesses(simd, part, inverse, own)
+        let own = |bond| self.own_constant(part.point, bond) * self.integrity(bond.slot)[0];
+        inverse * volume * self.stiffnesses::<S, false>(simd, part, inverse, own)
     }
     #[inline(always)]
     fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes {

@@ -13,6 +13,7 @@
 //! A gradient that is shown is completed (`material/completion.rs`): directions not spanned turn with those that are,
 //! and have the stretch at which the material has no stress in them.
 
+use super::cholesky;
 use crate::tensor::{
     Tensor, Vector, add_outer, determinant, eigen, identity, inverse, trace, zero,
 };
@@ -189,32 +190,11 @@ fn first_rows<const D: usize>(
     moments: &[[f64; MOST]; MOST],
     size: usize,
 ) -> Option<[[f64; MOST]; D]> {
-    let mut lower = [[0.0; MOST]; MOST];
-    for row in 0..size {
-        for column in 0..=row {
-            let done: f64 = (0..column).map(|k| lower[row][k] * lower[column][k]).sum();
-            let rest = moments[row][column] - done;
-            if row == column {
-                if rest.is_nan() || rest <= LEAST_PIVOT * moments[row][row] {
-                    return None;
-                }
-                lower[row][row] = rest.sqrt();
-            } else {
-                lower[row][column] = rest / lower[column][column];
-            }
-        }
-    }
+    let lower = cholesky::factor(moments, size, LEAST_PIVOT)?;
     let mut rows = [[0.0; MOST]; D];
     for (number, row) in rows.iter_mut().enumerate() {
-        for k in 0..size {
-            let unit = f64::from(u8::from(k == number));
-            let done: f64 = (0..k).map(|inner| lower[k][inner] * row[inner]).sum();
-            row[k] = (unit - done) / lower[k][k];
-        }
-        for k in (0..size).rev() {
-            let done: f64 = (k + 1..size).map(|inner| lower[inner][k] * row[inner]).sum();
-            row[k] = (row[k] - done) / lower[k][k];
-        }
+        row[number] = 1.0;
+        cholesky::solve(&lower, size, row);
     }
     Some(rows)
 }

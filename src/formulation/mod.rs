@@ -9,6 +9,7 @@ mod bond_forces;
 mod bond_laws;
 mod breaking;
 mod calm;
+mod cholesky;
 mod constants;
 mod correspondence;
 mod correspondence_lanes;
@@ -30,6 +31,7 @@ mod ordinary_state_based;
 mod passes;
 mod state_based;
 mod surface;
+mod surface_stiffness;
 
 pub(crate) use body::Weights;
 pub use calm::Skips;

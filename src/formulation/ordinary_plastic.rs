@@ -14,6 +14,7 @@ use super::breaking::Near;
 use super::ordinary_state_based::{Lps, extension, pulled};
 use super::passes::Passes;
 use super::state_based::StateBased;
+use super::surface::Surface;
 use super::{Formulation, Kinematics, Materials};
 use crate::error::Result;
 use crate::families::LANES;
@@ -132,7 +133,7 @@ fn split<const D: usize>(
 impl PlasticLps {
     /// Y; infinite while the body is stretched to measure its surface.
     fn yield_stress(&self, point: usize) -> f64 {
-        let measures = self.elastic.corrected.is_some() && self.weights().correction.is_none();
+        let measures = self.elastic.surface.is_some() && self.weights().correction.is_none();
         if measures { f64::INFINITY } else { *self.yield_stress.at(point) }
     }
 
@@ -206,8 +207,8 @@ impl Passes for PlasticLps {
         self.elastic.weights_mut()
     }
 
-    fn corrected_modulus(&self, point: usize) -> Option<f64> {
-        self.elastic.corrected_modulus(point)
+    fn surface(&self) -> Option<&Surface<ByModel<f64>>> {
+        self.elastic.surface()
     }
 
     fn records(&self, points: usize, blocks: usize) -> usize {

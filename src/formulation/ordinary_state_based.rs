@@ -11,6 +11,7 @@ use super::correspondence::add;
 use super::on_lattice::LatticeState;
 use super::passes::{EnergySweep, ForceSweep, Passes};
 use super::state_based::StateBased;
+use super::surface::Surface;
 use super::{
     Formulation, FormulationEntry, Kinematics, Materials, Scene, extension_lanes, in_lanes,
     ordinary_plastic,
@@ -53,8 +54,8 @@ pub(super) struct Lps {
     pub(super) weights: Weights,
     /// kappa and C.
     pub(super) moduli: ByModel<[f64; 2]>,
-    /// lambda/2 + mu, where the surface is to be corrected.
-    pub(super) corrected: Option<ByModel<f64>>,
+    /// Where the surface is to be corrected.
+    pub(super) surface: Option<Surface<ByModel<f64>>>,
     /// For what lies across; bonds do not ask it.
     pub(super) laws: ByModel<Law>,
     /// What sweeps over a lattice hold, where the body is one.
@@ -68,13 +69,14 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         let shear = model.elastic()?.shear_modulus;
         Ok([constants::bulk_modulus(model, dimension)?, factor * shear])
     })?;
-    let corrected = if materials.models[0].corrects_surface() {
-        Some(ByModel::new(materials, |model| constants::half_lambda_and_mu(model, dimension))?)
+    let surface = if let Some(correction) = materials.models[0].surface_correction() {
+        let modulus = |model: &Model| constants::half_lambda_and_mu(model, dimension);
+        Some(Surface { correction, moduli: ByModel::new(materials, modulus)? })
     } else {
         None
     };
     let laws = ByModel::new(materials, |model| Law::new(model, dimension))?;
-    let lps = Lps { weights: Weights::new(materials)?, moduli, corrected, laws, lattice: None };
+    let lps = Lps { weights: Weights::new(materials)?, moduli, surface, laws, lattice: None };
     if materials.models.iter().any(|model| model.number("yield_stress").is_some()) {
         return ordinary_plastic::prepare(materials, lps);
     }
@@ -138,13 +140,13 @@ impl Passes for Lps {
         &mut self.weights
     }
 
-    fn corrected_modulus(&self, point: usize) -> Option<f64> {
-        self.corrected.as_ref().map(|moduli| *moduli.at(point))
+    fn surface(&self) -> Option<&Surface<ByModel<f64>>> {
+        self.surface.as_ref()
     }
 
     fn has_use_for_a_lattice(&self) -> bool {
         let alike = self.moduli.only().is_some() && self.weights.are_shared();
-        alike && self.corrected.is_none()
+        alike && self.surface.is_none()
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {

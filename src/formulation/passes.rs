@@ -1,8 +1,9 @@
 //! What a state-based formulation says of itself: its passes over the families, and what it keeps.
 
-use super::body::{Body, Weights};
+use super::body::{Body, ByModel, Weights};
 use super::breaking::Near;
 use super::laws::Laws;
+use super::surface::Surface;
 use super::{EnergyPart, Kinematics, Scene};
 use crate::damage::Breaking;
 use crate::error::Result;
@@ -44,8 +45,8 @@ pub(super) trait Passes: Sized + Send + Sync {
         true
     }
 
-    /// lambda/2 + mu of a point, where the surface is to be corrected.
-    fn corrected_modulus(&self, _point: usize) -> Option<f64> {
+    /// Where the surface is to be corrected.
+    fn surface(&self) -> Option<&Surface<ByModel<f64>>> {
         None
     }
 

@@ -10,11 +10,16 @@ use super::breaking::Near;
 use super::in_lanes::{self, of_size};
 use super::laws::Laws;
 use super::passes::{EnergySweep, ForceSweep, Passes, Room};
-use super::{Asked, EnergyPart, Formulation, Materials, Read, Scene, breaking, constants, surface};
+use super::surface::{Correction, Surface};
+use super::{
+    Asked, EnergyPart, Formulation, Materials, Read, Scene, breaking, constants, surface,
+    surface_stiffness,
+};
 use crate::damage::Breaking;
 use crate::error::Result;
 use crate::families::lattice::LatticeUse;
-use crate::families::{LANES, Property};
+use crate::families::{Bond, LANES, Property};
+use crate::model::SurfaceCorrection;
 use crate::tensor::Vector;
 use crate::workers::{PerPoint, Ragged};
 
@@ -145,6 +150,23 @@ impl<P: Passes> StateBased<P> {
         }
         self.passes.ask(body, left, near, records);
         Scene { asked: Some(Asked { records, dissipated }), ..*body.scene }
+    }
+
+    fn energy_factors(&self, scene: &Scene<'_>) -> Result<Correction> {
+        let (points, blocks) = (scene.places.len(), scene.families.block_count());
+        let mut scratch = crate::memory::filled(
+            0.0,
+            self.scratch(points, blocks, scene.dimension, false),
+            "surface factors",
+        )?;
+        surface::factors(
+            scene,
+            |scene, density| {
+                self.energy_density(scene, &mut scratch, density, EnergyPart::Strain);
+                Ok(())
+            },
+            |point| self.passes.surface().map_or(0.0, |surface| *surface.moduli.at(point)),
+        )
     }
 
     /// Runs the first pass, of all points or those that `near` wants; gives the first point where what it
@@ -313,23 +335,17 @@ impl<P: Passes> Formulation for StateBased<P> {
             self.passes.weights_mut().keep(scene)?;
         }
         self.passes.refer_to(scene)?;
-        if self.passes.corrected_modulus(0).is_none() {
-            return Ok(());
-        }
-        let (points, blocks) = (scene.places.len(), scene.families.block_count());
-        let mut scratch = crate::memory::filled(
-            0.0,
-            self.scratch(points, blocks, scene.dimension, false),
-            "surface factors",
-        )?;
-        let factors = surface::factors(
-            scene,
-            |scene, density| {
-                self.energy_density(scene, &mut scratch, density, EnergyPart::Strain);
-                Ok(())
-            },
-            |point| self.passes.corrected_modulus(point).unwrap_or(0.0),
-        )?;
+        let Some(Surface { correction, .. }) = self.passes.surface() else { return Ok(()) };
+        let factors = match correction {
+            SurfaceCorrection::Energy => self.energy_factors(scene),
+            SurfaceCorrection::StiffnessTensor => {
+                let weight = |point: usize, bond: Bond| {
+                    let volume = scene.places[bond.neighbor][3];
+                    self.passes.weights().own(scene, point, bond) * bond.length.powi(2) * volume
+                };
+                surface_stiffness::factors(scene, weight, |_, sum| sum)
+            }
+        }?;
         let weights = self.passes.weights_mut();
         weights.correction = Some(factors);
         if has_lanes { weights.keep(scene) } else { Ok(()) }

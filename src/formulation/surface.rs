@@ -1,5 +1,5 @@
-//! Energy surface correction: bonds near a surface are made stiffer until a stretch along each axis stores what
-//! the material says. (Le and Bobaru; Madenci and Oterkus)
+//! Surface corrections, and that by energy: bonds near a surface are made stiffer until a stretch along each axis
+//! stores what the material says. (Le and Bobaru; Madenci and Oterkus)
 //!
 //! For each axis a the body is stretched by 1.001: m_a = (lambda/2 + mu) (0.001)^2/W_i;
 //! beta_ij = [sum_a (n_a/mbar_a)^2]^-1/2 with the mean mbar_a of both ends.
@@ -8,7 +8,39 @@ use super::Scene;
 use crate::error::Result;
 use crate::families::LANES;
 use crate::memory;
+use crate::model::SurfaceCorrection;
 use crate::workers::Ragged;
+
+/// How a surface is to be corrected, and lambda/2 + mu of each point.
+pub(super) struct Surface<T> {
+    pub(super) correction: SurfaceCorrection,
+    pub(super) moduli: T,
+}
+
+/// What the bond in each lane counts more in the family of its own end, and in that of the other; the latter is empty
+/// where both are alike.
+pub(super) struct Correction {
+    pub(super) own: Vec<f64>,
+    pub(super) other: Vec<f64>,
+}
+
+impl Correction {
+    #[inline(always)]
+    pub(super) fn at(&self, slot: usize) -> [f64; 2] {
+        let own = self.own[slot];
+        [own, if self.is_shared() { own } else { self.other[slot] }]
+    }
+
+    /// Whether both ends give a bond the same factor.
+    #[inline(always)]
+    pub(super) fn is_shared(&self) -> bool {
+        self.other.is_empty()
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        memory::bytes(&self.own) + memory::bytes(&self.other)
+    }
+}
 
 /// What each axis is stretched by.
 const STRETCH: f64 = 0.001;
@@ -21,7 +53,7 @@ pub(super) fn factors(
     scene: &Scene<'_>,
     mut energy: impl FnMut(&Scene<'_>, &mut [f64]) -> Result<()>,
     modulus: impl Fn(usize) -> f64,
-) -> Result<Vec<f64>> {
+) -> Result<Correction> {
     let (dimension, count) = (scene.dimension, scene.places.len());
     let mut displacement = memory::filled(0.0, count * dimension, PURPOSE)?;
     let mut density = memory::filled(0.0, count, PURPOSE)?;
@@ -57,5 +89,5 @@ pub(super) fn factors(
             }
         }
     });
-    Ok(factors)
+    Ok(Correction { own: factors, other: Vec::new() })
 }

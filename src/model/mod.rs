@@ -19,6 +19,15 @@ pub use elastic::{Elastic, Plane};
 pub use influence::Influence;
 pub use keys::{KEYS, Key, Kind};
 
+/// What families near a surface are corrected by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum SurfaceCorrection {
+    /// Their energy at a stretch along each axis.
+    Energy,
+    /// Their stiffness tensor.
+    StiffnessTensor,
+}
+
 /// A formulation with its material and options.
 ///
 /// ```
@@ -187,8 +196,12 @@ impl Model {
         if self.number("gradient_order") == Some(2.0) { 2 } else { 1 }
     }
 
-    pub(crate) fn corrects_surface(&self) -> bool {
-        self.choice("surface_correction") == Some("energy")
+    pub(crate) fn surface_correction(&self) -> Option<SurfaceCorrection> {
+        match self.choice("surface_correction") {
+            Some("energy") => Some(SurfaceCorrection::Energy),
+            Some("stiffness_tensor") => Some(SurfaceCorrection::StiffnessTensor),
+            _ => None,
+        }
     }
 
     pub(crate) fn has_partial_volume(&self) -> bool {

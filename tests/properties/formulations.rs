@@ -18,6 +18,7 @@ mod partial_volume;
 mod precision;
 mod smoothed;
 mod storage;
+mod surface;
 mod zigzag;
 
 use perion::{Field, Model, Simulation};

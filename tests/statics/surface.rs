@@ -55,12 +55,16 @@ fn bars_of_any_horizon_grow_as_they_should_under_tractions() {
 
 /// What forms without a gradient are off by near surfaces is theirs, and no longer that of the load.
 #[test]
-fn the_energy_correction_brings_bonds_near_their_modulus() {
+fn corrected_surfaces_bring_bonds_near_their_modulus() {
     let bar = Bar { across: 5, along: 51, ratio: 3 };
-    let energy = ("surface_correction", "energy");
+    let [energy, tensor] =
+        ["energy", "stiffness_tensor"].map(|correction| ("surface_correction", correction));
+    let inverse = ("influence", "inverse");
     for (formulation, choices, most) in [
         ("bond_based", &[energy][..], 6.0),
-        ("ordinary_state_based", &[("influence", "inverse"), energy], 6.0),
+        ("ordinary_state_based", &[inverse, energy], 6.0),
+        ("bond_based", &[tensor], 2.0),
+        ("ordinary_state_based", &[inverse, tensor], 2.0),
     ] {
         let error = bar.error(formulation, choices);
         assert!(error.abs() < most, "{formulation}: {error} %");

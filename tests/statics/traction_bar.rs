@@ -77,6 +77,36 @@ fn twenty_points_across_are_solved_within_a_minute() {
     assert!(start.elapsed().as_secs_f64() < 60.0);
 }
 
+/// Error in percent of a bar whose families have the stiffness tensor of the material.
+fn corrected(formulation: &str, (across, ratio): (usize, usize)) -> f64 {
+    let scene = TractionBar { across, ratio };
+    let mut model = scene.usual_model(formulation);
+    model.choose("surface_correction", "stiffness_tensor").unwrap();
+    let mut bar = scene.simulation(&model).unwrap();
+    let report = bar.solve(&SolveOptions::default()).unwrap();
+    let error = error(&bar, formulation);
+    let forces = report.evaluations;
+    println!("{formulation} ({across},{ratio}), corrected: {error:.3} %, {forces} forces");
+    error
+}
+
+#[test]
+fn bars_with_corrected_surfaces_are_within_two_percent() {
+    for formulation in ["bond_based", "ordinary_state_based"] {
+        let error = corrected(formulation, (5, 3));
+        assert!(error.abs() < 2.0, "{formulation}: {error}");
+    }
+}
+
+#[test]
+#[ignore = "takes a minute: make test-long"]
+fn finer_bars_with_corrected_surfaces_are_within_two_percent() {
+    for formulation in ["bond_based", "ordinary_state_based"] {
+        let error = corrected(formulation, (10, 3));
+        assert!(error.abs() < 2.0, "{formulation}: {error}");
+    }
+}
+
 #[test]
 fn relaxed_and_solved_bars_agree() {
     for formulation in ["bond_based", "ordinary_state_based", BAQP] {

@@ -36,7 +36,7 @@ fn shapes() -> Vec<(usize, Vec<f64>)> {
 }
 
 /// All shapes in all turns, with laws and influence functions in turn.
-fn thin_bodies() -> Vec<Body> {
+pub fn thin_bodies() -> Vec<Body> {
     let mut bodies = Vec::new();
     for (dimension, places) in shapes() {
         for turn in turns() {

@@ -190,11 +190,14 @@ fn deformed_bonds_and_strong_forms_pull_the_same_on_every_level() {
 
 #[test]
 fn a_corrected_surface_is_the_same_on_every_level() {
-    for body in all_bodies() {
+    let corrections = ["energy", "stiffness_tensor"];
+    for (body, correction) in
+        all_bodies().into_iter().flat_map(|body| corrections.map(|it| (body.clone(), it)))
+    {
         let form = Form { name: "ordinary_state_based", order: 1 };
         let worst = worst_on_every_level("a corrected surface", |level| {
             let simulation =
-                body.changed(form, |model| model.choose("surface_correction", "energy").unwrap());
+                body.changed(form, |model| model.choose("surface_correction", correction).unwrap());
             let mut simulation = ready(&body, simulation, level, 0.2);
             simulation.set(Field::Displacement, &body.shaken()).unwrap();
             simulation.evaluate().unwrap();

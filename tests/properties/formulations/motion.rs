@@ -35,7 +35,10 @@ type Variant = (Form, &'static [(&'static str, &'static str)]);
 fn variants(dimension: usize) -> Vec<Variant> {
     let form = |name, order| Form { name, order };
     let mut variants: Vec<Variant> = forms(dimension).map(|form| (form, &[][..])).collect();
-    variants.extend::<[Variant; 9]>([
+    let tensor = &[("surface_correction", "stiffness_tensor")];
+    variants.extend::<[Variant; 11]>([
+        (form("bond_based", 1), tensor),
+        (form("ordinary_state_based", 1), tensor),
         (form("correspondence", 1), &[("divergence", "strong")]),
         (form("correspondence", 2), &[("divergence", "strong")]),
         (form("bond_associated", 1), &[("force_form", "literal")]),

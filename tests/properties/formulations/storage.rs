@@ -66,12 +66,17 @@ fn lean_bodies_of_any_formulation_pull_and_break_as_fast_ones() {
 #[test]
 fn interfaces_cracks_and_corrected_surfaces_are_those_of_fast_bodies() {
     for body in bodies().into_iter().filter(|body| !body.scene.second.is_empty()) {
-        for name in ["bond_based", "ordinary_state_based"] {
+        for (name, correction) in [
+            ("bond_based", "energy"),
+            ("bond_based", "stiffness_tensor"),
+            ("ordinary_state_based", "energy"),
+            ("ordinary_state_based", "stiffness_tensor"),
+        ] {
             let form = Form { name, order: 1 };
             let each = FAST_AND_LEAN.map(|storage| {
                 let mut simulation = body.changed(form, |model| {
                     choose(model, storage);
-                    model.choose("surface_correction", "energy").unwrap();
+                    model.choose("surface_correction", correction).unwrap();
                 });
                 let rate = 1e-5 * body.youngs_modulus() * body.scene.spacing;
                 simulation.set_interface("left", "second", rate).unwrap();
