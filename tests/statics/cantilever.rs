@@ -6,10 +6,10 @@
 use crate::contour::j_integral;
 use perion::{Field, Model, Points, Quantity, Simulation, SolveOptions};
 
+const BAQP: &str = "bond_associated_quadrature";
 const YOUNG: f64 = 1.0;
-/// So low that arms bend by a fiftieth of their height: beams are linear.
+/// So low that arms bend by a few hundredths of their height: beams are linear.
 const RATE: f64 = 1e-5;
-const HORIZON: f64 = 3.015;
 
 /// Spacing and thickness are 1. Each arm is pulled at its end, in the first column of points.
 #[derive(Clone, Copy)]
@@ -20,7 +20,9 @@ struct Cantilever {
     cut: usize,
     /// Columns beyond those.
     ahead: usize,
+    formulation: &'static str,
     influence: &'static str,
+    horizon: f64,
 }
 
 impl Cantilever {
@@ -71,17 +73,16 @@ impl Cantilever {
         points.add_set_box("upper", &[0.0, 0.0], &[1.0, height]).unwrap();
         points.add_set_box("face", &[0.0, 0.0], &[length, 1.0]).unwrap();
         points.add_set_box("root", &[length - 1.0, -height], &[length, height]).unwrap();
-        let mut model = Model::new("bond_associated_quadrature").unwrap();
-        for (key, value) in [
-            ("density", 1.0),
-            ("youngs_modulus", YOUNG),
-            ("poissons_ratio", 0.3),
-            ("horizon", HORIZON),
-        ] {
+        let mut model = Model::new(self.formulation).unwrap();
+        for (key, value) in [("density", 1.0), ("youngs_modulus", YOUNG), ("horizon", self.horizon)]
+        {
             model.set(key, value).unwrap();
         }
         model.choose("plane", "stress").unwrap();
-        model.choose("influence", self.influence).unwrap();
+        if self.formulation != "bond_based" {
+            model.set("poissons_ratio", 0.3).unwrap();
+            model.choose("influence", self.influence).unwrap();
+        }
         if breaks {
             model.set("critical_energy_release_rate", RATE).unwrap();
         }
@@ -127,27 +128,21 @@ fn load(body: &Simulation) -> f64 {
     upper
 }
 
-/// C = (slope (a + beyond))^3, as measured bodies have it.
+/// P^2/2 dC/da of a body whose compliance is that of beams of other lengths and stiffness, C = (k (a + c))^3: from two
+/// cracks, each with its compliance, under a load and the opening that it makes.
 struct Measured {
+    /// k
     slope: f64,
-    beyond: f64,
 }
 
 impl Measured {
-    /// From two cracks and their compliances.
     fn new(cracks: [f64; 2], compliances: [f64; 2]) -> Self {
         let roots = compliances.map(f64::cbrt);
-        let slope = (roots[1] - roots[0]) / (cracks[1] - cracks[0]);
-        Self { slope, beyond: roots[0] / slope - cracks[0] }
+        Self { slope: (roots[1] - roots[0]) / (cracks[1] - cracks[0]) }
     }
 
-    /// P^2/2 dC/da
     fn rate(&self, load: f64, opening: f64) -> f64 {
         1.5 * load * load * self.slope * (opening / load).cbrt().powi(2)
-    }
-
-    fn crack(&self, load: f64, opening: f64) -> f64 {
-        (opening / load).cbrt() / self.slope - self.beyond
     }
 }
 
@@ -188,7 +183,14 @@ fn check_cut(cantilever: &Cantilever) {
 #[test]
 fn compliance_is_that_of_beams_and_j_the_rate_at_which_it_grows() {
     for spacings in [36, 48, 72] {
-        check_cut(&Cantilever { across: 12, cut: spacings, ahead: 36, influence: "cubic_spline" });
+        check_cut(&Cantilever {
+            across: 12,
+            cut: spacings,
+            ahead: 36,
+            formulation: BAQP,
+            influence: "cubic_spline",
+            horizon: 3.015,
+        });
     }
 }
 
@@ -226,10 +228,10 @@ impl Row {
 }
 
 /// Opens until beams have an opening of so many times that at which they crack.
-fn grow(cantilever: &Cantilever, end: f64, load_steps: u64) -> Vec<Row> {
+fn grow(cantilever: &Cantilever, end: f64, load_steps: u64) -> (Vec<Row>, Simulation) {
     let (first_load, first_opening) = cantilever.beginning();
     let mut body = cantilever.body(true);
-    let calm = 0.7 * first_opening;
+    let calm = 0.35 * end * first_opening;
     open(&mut body, calm);
     body.solve(&SolveOptions::default()).unwrap();
     let longer = Cantilever { cut: cantilever.cut + cantilever.across, ..*cantilever };
@@ -248,7 +250,8 @@ fn grow(cantilever: &Cantilever, end: f64, load_steps: u64) -> Vec<Row> {
         let opening = calm + run.report().share * (end * first_opening - calm);
         let (load, energy) = (load(&body), body.energy().unwrap());
         let crack = cantilever.crack_of(&body) - cut + cantilever.crack();
-        let area = RATE * (crack - cantilever.crack()).max(f64::MIN_POSITIVE);
+        let area = crack - cantilever.crack();
+        let per_area = |energy: f64| if area > 0.0 { energy / (RATE * area) } else { 0.0 };
         let of_beams = cantilever.of_beams(opening);
         let row = Row {
             opening: opening / first_opening,
@@ -257,16 +260,49 @@ fn grow(cantilever: &Cantilever, end: f64, load_steps: u64) -> Vec<Row> {
             of_beams: (of_beams.0 / first_load, of_beams.1 / cantilever.height()),
             j: cantilever.j(&body, crack + 0.5, cantilever.across) / RATE,
             rate: measured.rate(load, opening) / RATE,
-            taken: (energy.external_work - energy.elastic) / area,
-            dissipated: energy.dissipated / area,
+            taken: per_area(energy.external_work - energy.elastic),
+            dissipated: per_area(energy.dissipated),
         };
         row.print();
         rows.push(row);
     }
     let report = run.report();
     println!("{} load steps, {} cuts, {} forces", report.steps, report.cuts, report.evaluations);
-    assert!(straight(&body), "bonds have broken aside of the middle");
-    rows
+    (rows, body)
+}
+
+/// What a crack between arms of 16 points takes, over G_c.
+fn check_taken(formulation: &'static str, influence: &'static str, spacings: usize, taken: f64) {
+    let horizon = 1.005 * spacings as f64;
+    let cantilever = Cantilever { across: 16, cut: 48, ahead: 64, formulation, influence, horizon };
+    let (rows, _) = grow(&cantilever, 1.6 * taken.sqrt(), 10);
+    let found = rows.last().unwrap().taken;
+    println!("{formulation} {influence}, {spacings} spacings: {found:.3} taken");
+    // Cracks grow by some ten to twenty spacings, and may stand before or behind the last one.
+    assert!((found - taken).abs() < 0.05, "{formulation} {influence}, {spacings}: {found}");
+}
+
+#[test]
+fn a_crack_takes_the_energy_release_rate_with_the_usual_horizon() {
+    check_taken(BAQP, "constant", 3, 1.04);
+}
+
+/// The more points in a horizon, the less is set free as columns of bonds break at once.
+#[test]
+#[ignore = "takes minutes: make test-long"]
+fn a_crack_takes_less_the_more_points_are_in_a_horizon() {
+    for (formulation, influence, taken) in [
+        (BAQP, "constant", [1.04, 0.82, 0.79]),
+        (BAQP, "inverse", [1.31, 1.05, 0.95]),
+        (BAQP, "conical", [1.23, 1.03, 0.87]),
+        (BAQP, "cubic_spline", [1.81, 1.33, 1.16]),
+        ("bond_based", "", [1.35, 1.09, 1.0]),
+        ("ordinary_state_based", "constant", [1.44, 1.27, 1.1]),
+    ] {
+        for (spacings, taken) in [3, 4, 5].into_iter().zip(taken) {
+            check_taken(formulation, influence, spacings, taken);
+        }
+    }
 }
 
 /// Whether all that has broken crossed the middle.
@@ -281,10 +317,19 @@ fn straight(body: &Simulation) -> bool {
 }
 
 #[test]
-#[ignore = "takes a minute: make test-long"]
+#[ignore = "takes minutes: make test-long"]
 fn a_crack_grows_along_the_curve_of_beams() {
-    let cantilever = Cantilever { across: 24, cut: 72, ahead: 108, influence: "constant" };
-    for row in grow(&cantilever, 2.0, 40) {
+    let cantilever = Cantilever {
+        across: 24,
+        cut: 72,
+        ahead: 108,
+        formulation: BAQP,
+        influence: "constant",
+        horizon: 3.015,
+    };
+    let (rows, body) = grow(&cantilever, 2.0, 39);
+    assert!(straight(&body), "bonds have broken aside of the middle");
+    for row in rows {
         let (load, crack) = (row.load / row.of_beams.0, row.crack / row.of_beams.1);
         assert!((load - 1.0).abs() < 0.1, "at {} the load is {load} of that of beams", row.opening);
         assert!((crack - 1.0).abs() < 0.1, "at {} the crack is {crack}", row.opening);
