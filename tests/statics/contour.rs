@@ -2,7 +2,7 @@
 
 use perion::{Field, Simulation};
 
-/// J = int W n_x - n . P^T du/dx ds along a box, an energy per area of crack; W, P, du/dx and normals of the reference.
+/// J = int W n_x - (P n) . du/dx ds along a box, an energy per area of crack; W, P, du/dx and normals of the reference.
 ///
 /// The crack runs along x and leaves the box through its left side, between two layers of points. `lower` and `upper` are
 /// points of the lattice, and so are all places at which fields are taken: a layer of points stands for a spacing of the
