@@ -5,7 +5,9 @@
 mod all_forms;
 mod bars;
 mod breaking;
+mod cantilever;
 mod conditions;
+mod contour;
 mod hyperelastic;
 mod preconditioned;
 mod surface;
