@@ -27,11 +27,12 @@ fn budget() -> SolveOptions {
     }
 }
 
-/// Writes what `picture --series` draws, a row for each bar that was solved.
-pub fn run(path: &Path) {
+/// Writes what `picture --series` draws, a row for each bar of these formulations (of all, if none is named) that was solved.
+pub fn run(path: &Path, chosen: &[String]) {
     let mut table =
         String::from("formulation,points across,horizon over spacing,error (%),forces\n");
-    for formulation in FORMULATIONS {
+    let is_chosen = |name: &str| chosen.is_empty() || chosen.iter().any(|one| one == name);
+    for formulation in FORMULATIONS.into_iter().filter(|name| is_chosen(name)) {
         for across in ACROSS {
             for ratio in RATIOS {
                 print!("{formulation:<32}{across:>4}{ratio:>3}");
