@@ -51,7 +51,7 @@ demo: library
 	@$(EXAMPLE_RUNS) specimen branching
 
 # The same of all examples, or of those named: make examples EXAMPLES="twist bend".
-EXAMPLES := checkerboard twist bend wave own_material traction_bar hyperelastic_bar patch specimen branching
+EXAMPLES := checkerboard twist bend wave own_material traction_bar hyperelastic_bar patch beam specimen branching
 examples: library
 	@$(EXAMPLE_RUNS) $(EXAMPLES)
 

@@ -182,9 +182,21 @@ patch() {
     done
 }
 
+beam() {
+    begin beam
+    in_c 8 9 10 saint_venant_kirchhoff "$out/c.csv" "$out/c"
+    in_fortran 8 9 10 saint_venant_kirchhoff "$out/fortran.csv" "$out/fortran"
+    in_rust 8 9 10 saint_venant_kirchhoff "$out/rust.csv" "$out/rust"
+    same_hashes
+    picture "$out/c.csv" out_of_line --curves --logarithmic --width 1200 --title "points out of line, in spacings"
+    for form in correspondence bond_associated_quadrature; do
+        picture "$out/c_${form}_08.vtu" $form --field strain.0 --range -0.25 0.25 --width 900
+    done
+}
+
 for name in "$@"; do
     case $name in
-        bend | branching | checkerboard | hyperelastic_bar | own_material | patch | specimen | traction_bar | twist | wave) ;;
+        beam | bend | branching | checkerboard | hyperelastic_bar | own_material | patch | specimen | traction_bar | twist | wave) ;;
         *)
             echo "there is no example $name"
             exit 1

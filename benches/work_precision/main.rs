@@ -2,9 +2,13 @@
 //! resolutions and horizons, on one thread, and writes what they gave into one table, `accuracy.csv`, and for each problem
 //! into one that `examples/picture` draws. `make work-precision PROBLEMS="plane_wave traction_bar"` runs a part.
 //!
+//! `PROBLEMS=traction_bar_horizons` draws errors over the horizon instead, which takes an hour; names of formulations after it
+//! choose some.
+//!
 //! A formulation goes on to finer bodies as long as the next is not expected to take too long.
 #![allow(clippy::disallowed_methods, clippy::disallowed_macros, clippy::unwrap_used, missing_docs)]
 
+mod horizons;
 #[path = "../precision/mod.rs"]
 mod precision;
 
@@ -36,14 +40,18 @@ struct Run {
 fn main() {
     let mut arguments = std::env::args().skip(1).filter(|argument| argument != "--bench");
     let place = arguments.next().unwrap_or_else(|| "target/work_precision".into());
+    fs::create_dir_all(&place).unwrap();
     let names: Vec<String> = arguments.collect();
+    if names.first().is_some_and(|name| name == horizons::NAME) {
+        horizons::run(&Path::new(&place).join(format!("{}.csv", horizons::NAME)), &names[1..]);
+        return;
+    }
     if let Some(name) = names.iter().find(|name| PROBLEMS.iter().all(|known| known.name != **name))
     {
         let known = PROBLEMS.map(|problem| problem.name).join(", ");
-        eprintln!("unknown: '{name}'; there are {known}");
+        eprintln!("unknown: '{name}'; there are {known}, and first of all {}", horizons::NAME);
         std::process::exit(2);
     }
-    fs::create_dir_all(&place).unwrap();
     let mut table = format!("{COLUMNS}\n");
     for problem in PROBLEMS {
         if names.is_empty() || names.iter().any(|name| name == problem.name) {

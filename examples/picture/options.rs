@@ -7,8 +7,8 @@ usage: picture INPUT OUTPUT.png [options]
 
 INPUT is a .vtu file that Perion wrote, drawn as points in the x-y plane, or a .csv file:
   --curve                   its second column over its first; the first line names them
-  --series                  its third and fourth column on logarithmic axes: a colour for each word in the
-                            first, a line for each word in the second
+  --series                  sizes of its third and fourth column on logarithmic axes: a colour for each word in
+                            the first, a line for each word in the second
   --curves                  all its columns over its first
   --logarithmic             sizes of its values, on a logarithmic axis
   --map                     its rows, from below, as colours; its first line is

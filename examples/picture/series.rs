@@ -1,5 +1,6 @@
-//! Lines of several series on logarithmic axes, from a table of four columns: the series, the line of it, and the place
-//! across and up, above zero. A line joins rows of one series and one line, in their order; its end tells which it is.
+//! Lines of several series on logarithmic axes, from the first four columns of a table: the series, the line of it, and the place
+//! across and up, sizes of numbers. A line joins rows of one series and one line, in their order; its end tells which it is.
+//! The axis across has round numbers instead where it is shorter than a power of ten.
 
 use crate::axes::{Axis, Frame};
 use crate::colours::{Colour, FAINT_INK, INK};
@@ -22,18 +23,18 @@ struct Line {
 
 pub fn compose(text: &str, options: &Options) -> Result<Canvas, String> {
     let (columns, rows) = rows_of(text)?;
-    let [_, _, across, up] = columns[..] else {
+    let [_, _, across, up, ..] = columns[..] else {
         return Err("needs four columns: series, line, across and up".into());
     };
     let (mut names, mut lines): (Vec<&str>, Vec<Line>) = (Vec::new(), Vec::new());
     for (number, row) in rows {
         let [series, name, place @ ..] = &row[..] else { continue };
-        let place = numbers(place.iter().copied())
+        let place = numbers(place.iter().copied().take(2))
             .ok()
             .and_then(|place| <[f64; 2]>::try_from(place).ok())
-            .filter(|place| place.iter().all(|value| *value > 0.0))
-            .ok_or(format!("line {number} needs a series, a line, and two numbers above zero"))?
-            .map(f64::log10);
+            .filter(|place| place.iter().all(|value| *value != 0.0))
+            .ok_or(format!("line {number} needs a series, a line, and two numbers that are not 0"))?
+            .map(f64::abs);
         let known = names.iter().position(|known| known == series);
         let series = known.unwrap_or_else(|| {
             names.push(series);
@@ -44,18 +45,26 @@ pub fn compose(text: &str, options: &Options) -> Result<Canvas, String> {
             None => lines.push(Line { series, name: (*name).into(), places: vec![place] }),
         }
     }
-    let axis = |label: &str, axis: usize| {
-        let places = lines.iter().flat_map(|line| &line.places);
-        let (low, high) = extremes(places.map(|place| place[axis]));
-        Axis::of_powers(label, low, high)
+    let ends =
+        |axis: usize| extremes(lines.iter().flat_map(|line| &line.places).map(|place| place[axis]));
+    let [(left, right), (low, high)] = [ends(0), ends(1)];
+    let is_narrow = left < right && right < 10.0 * left;
+    for [across, up] in lines.iter_mut().flat_map(|line| &mut line.places) {
+        *across = if is_narrow { *across } else { across.log10() };
+        *up = up.log10();
+    }
+    let across = if is_narrow {
+        Axis::new(across, left, right)?.rounded()
+    } else {
+        Axis::of_powers(across, left.log10(), right.log10())?
     };
+    let up = Axis::of_powers(up, low.log10(), high.log10())?;
     let font = Font::for_width(options.width);
     let widest = names.iter().map(|name| font.width(name)).max().unwrap_or(0);
-    let axes = [axis(across, 0)?, axis(up, 1)?];
     let title = options.title.as_deref();
     let frame = Frame::new(
         options.width,
-        axes,
+        [across, up],
         if title.is_some() { 2 } else { 0 },
         widest + 3 * font.height(),
     );

@@ -13,6 +13,7 @@ mod common;
 #[allow(dead_code)]
 mod compilers;
 
+mod beam;
 mod bend;
 mod checkerboard;
 mod hyperelastic_bar;

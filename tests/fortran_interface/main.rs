@@ -135,6 +135,7 @@ fn module_and_examples_compile_where_integers_and_reals_are_of_64_bits() {
         compile(&module_sources());
         compile(&[in_crate("tests/fortran/stops/main.f90")]);
         for example in [
+            "beam",
             "branching",
             "hyperelastic_bar",
             "own_material",

@@ -55,6 +55,12 @@ impl TractionBar {
         bar.prescribe("end", Quantity::BodyForce, 0, FORCE / volume)?;
         Ok(bar)
     }
+
+    /// Of the length change, in percent.
+    pub fn error(bar: &Simulation, formulation: &str) -> f64 {
+        let strain = bar_strain(formulation, FORCE / (0.01 * LENGTH * LENGTH), MODULUS);
+        100.0 * (mean_along(bar, "end") / (LENGTH * strain) - 1.0)
+    }
 }
 
 /// The influence that serves a formulation best.

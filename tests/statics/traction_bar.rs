@@ -2,14 +2,8 @@
 
 use std::time::Instant;
 
-use crate::bars::{FORCE, LENGTH, MODULUS, TractionBar, bar_strain, mean_along};
+use crate::bars::{TractionBar, mean_along};
 use perion::{Preconditioning, RelaxOptions, Simulation, SolveOptions};
-
-/// Error of the length change in percent.
-fn error(bar: &Simulation, formulation: &str) -> f64 {
-    let strain = bar_strain(formulation, FORCE / (0.01 * LENGTH * LENGTH), MODULUS);
-    100.0 * (mean_along(bar, "end") / (LENGTH * strain) - 1.0)
-}
 
 fn bar(formulation: &str, across: usize, ratio: usize) -> Simulation {
     let scene = TractionBar { across, ratio };
@@ -22,7 +16,7 @@ fn solved(formulation: &str, (across, ratio): (usize, usize), by: Preconditionin
     let options = SolveOptions { preconditioning: by, ..SolveOptions::default() };
     let start = Instant::now();
     let report = bar.solve(&options).unwrap();
-    let (seconds, error) = (start.elapsed().as_secs_f64(), error(&bar, formulation));
+    let (seconds, error) = (start.elapsed().as_secs_f64(), TractionBar::error(&bar, formulation));
     let forces = report.evaluations;
     println!(
         "{formulation} ({across},{ratio}) {by:?}: {error:.4} %, {forces} forces, {seconds:.2} s"
