@@ -78,7 +78,7 @@ fn corrected(formulation: &str, (across, ratio): (usize, usize)) -> f64 {
     model.choose("surface_correction", "stiffness_tensor").unwrap();
     let mut bar = scene.simulation(&model).unwrap();
     let report = bar.solve(&SolveOptions::default()).unwrap();
-    let error = error(&bar, formulation);
+    let error = TractionBar::error(&bar, formulation);
     let forces = report.evaluations;
     println!("{formulation} ({across},{ratio}), corrected: {error:.3} %, {forces} forces");
     error
