@@ -256,6 +256,11 @@ typedef struct perion_report {
      * how many residuals there are; the first residual_capacity are written
      */
     int64_t residual_count;
+    /**
+     * given by the host: room for as many energies of the motion of relax, over the largest that it had, one a step; NULL
+     * for none
+     */
+    double *energies_or_null;
 } perion_report;
 
 /**
@@ -1575,7 +1580,7 @@ perion_status perion_simulation_solve(struct perion_simulation *simulation,
  * displacements over the first steps. Bonds that the equilibrium would break are broken for good, and the body relaxes
  * again. The result counts as one completed step, at which the body is at rest; the time stands still. NULL options are
  * the defaults. The report, unless NULL, tells what was done, also of a run that failed; it may bring room for the
- * residuals.
+ * residuals and the energies of the motion.
  *
  * ERROR_ARGUMENT: an option out of range, struct_size not set. ERROR_STATE: a velocity is prescribed.
  * ERROR_CONVERGENCE: the steps did not lead there; the text has reason and residuals. ERROR_INTERRUPTED: a function

@@ -323,6 +323,8 @@ module perion
     real(c_double) :: external_work = 0
     !> of solve and relax: relative residuals, one an iteration; of many the first 100000
     real(c_double), allocatable :: residuals(:)
+    !> of relax: energies of its motion over the largest that it had, one a step, as many as residuals
+    real(c_double), allocatable :: energies(:)
   end type perion_report
 
   !> Heap bytes that a simulation holds.

@@ -276,6 +276,9 @@ module perion_c
     integer(c_int64_t) :: residual_capacity
     !> how many residuals there are; the first residual_capacity are written
     integer(c_int64_t) :: residual_count
+    !> given by the host: room for as many energies of the motion of relax, over the largest that it had, one a step; NULL
+    !> for none
+    type(c_ptr) :: energies_or_null
   end type perion_report
 
   !> How perion_simulation_advance chooses its steps; a member that is 0 stands for its default. Let
@@ -1453,7 +1456,7 @@ module perion_c
     !> displacements over the first steps. Bonds that the equilibrium would break are broken for good, and the body relaxes
     !> again. The result counts as one completed step, at which the body is at rest; the time stands still. NULL options are
     !> the defaults. The report, unless NULL, tells what was done, also of a run that failed; it may bring room for the
-    !> residuals.
+    !> residuals and the energies of the motion.
     !>
     !> ERROR_ARGUMENT: an option out of range, struct_size not set. ERROR_STATE: a velocity is prescribed.
     !> ERROR_CONVERGENCE: the steps did not lead there; the text has reason and residuals. ERROR_INTERRUPTED: a function

@@ -16,7 +16,7 @@ contains
   module procedure simulation_solve
     type(raw_solve) :: asked
     type(raw_report) :: told
-    real(c_double), allocatable, target :: residuals(:)
+    real(c_double), allocatable, target :: residuals(:), energies(:)
     integer(c_int32_t) :: status
 
     call perion_solve_options_init(asked, c_sizeof(asked))
@@ -33,14 +33,14 @@ contains
     end if
     call make_room(present(report), told, residuals)
     status = perion_simulation_solve(self%handle, asked, told)
-    if (present(report)) call take(report, told, residuals)
+    if (present(report)) call take(report, told, residuals, energies)
     call check(status, error)
   end procedure simulation_solve
 
   module procedure simulation_relax
     type(raw_relax) :: asked
     type(raw_report) :: told
-    real(c_double), allocatable, target :: residuals(:)
+    real(c_double), allocatable, target :: residuals(:), energies(:)
     integer(c_int32_t) :: status
 
     call perion_relax_options_init(asked, c_sizeof(asked))
@@ -51,9 +51,9 @@ contains
       asked%ramp = options%ramp
       asked%breaks = options%breaks
     end if
-    call make_room(present(report), told, residuals)
+    call make_room(present(report), told, residuals, energies)
     status = perion_simulation_relax(self%handle, asked, told)
-    if (present(report)) call take(report, told, residuals)
+    if (present(report)) call take(report, told, residuals, energies)
     call check(status, error)
   end procedure simulation_relax
 
@@ -68,11 +68,12 @@ contains
         size(areas, kind=c_int64_t), each), error)
   end procedure simulation_set_surface_areas
 
-  !> A report for the library to fill, with room for residuals where they are wanted and can be had.
-  subroutine make_room(wanted, told, residuals)
+  !> A report for the library to fill, with room for residuals and energies where they are wanted and can be had.
+  subroutine make_room(wanted, told, residuals, energies)
     logical, intent(in) :: wanted
     type(raw_report), intent(inout) :: told
     real(c_double), allocatable, target, intent(inout) :: residuals(:)
+    real(c_double), allocatable, target, intent(inout), optional :: energies(:)
     integer :: failed
 
     call perion_report_init(told, c_sizeof(told))
@@ -82,15 +83,16 @@ contains
     if (failed /= 0) return
     told%residuals_or_null = c_loc(residuals)
     told%residual_capacity = most_residuals
+    if (.not. present(energies)) return
+    allocate (energies(most_residuals), stat=failed)
+    if (failed == 0) told%energies_or_null = c_loc(energies)
   end subroutine make_room
 
   !> A call that was refused has left the report as it was.
-  subroutine take(report, told, residuals)
+  subroutine take(report, told, residuals, energies)
     type(perion_report), intent(inout) :: report
     type(raw_report), intent(in) :: told
-    real(c_double), allocatable, intent(in) :: residuals(:)
-    integer(c_int64_t) :: count
-    integer :: failed
+    real(c_double), allocatable, intent(in) :: residuals(:), energies(:)
 
     if (told%steps < 0) return
     report%steps = told%steps
@@ -103,11 +105,24 @@ contains
     report%residual = told%residual
     report%elastic = told%elastic
     report%external_work = told%external_work
-    if (allocated(report%residuals)) deallocate (report%residuals)
-    count = 0
-    if (allocated(residuals)) count = min(told%residual_count, most_residuals)
-    allocate (report%residuals(count), stat=failed)
-    if (failed == 0 .and. count > 0) report%residuals(:) = residuals(:count)
+    call list(report%residuals, residuals)
+    call list(report%energies, energies)
+
+  contains
+
+    !> The numbers that the library has written to a room, none without one.
+    subroutine list(numbers, room)
+      real(c_double), allocatable, intent(inout) :: numbers(:)
+      real(c_double), allocatable, intent(in) :: room(:)
+      integer(c_int64_t) :: count
+      integer :: failed
+
+      if (allocated(numbers)) deallocate (numbers)
+      count = 0
+      if (allocated(room)) count = min(told%residual_count, most_residuals)
+      allocate (numbers(count), stat=failed)
+      if (failed == 0 .and. count > 0) numbers(:) = room(:count)
+    end subroutine list
   end subroutine take
 
 end submodule statics_procedures

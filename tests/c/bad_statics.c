@@ -15,6 +15,7 @@ static void solving_is_of_sensible_options(perion_simulation *simulation)
     SEAL(report);
     report.struct_size = sizeof report;
     report.residuals_or_null = NULL;
+    report.energies_or_null = NULL;
     for (int k = 0; k < 5; ++k) {
         perion_solve_options_init(&options, sizeof(perion_solve_options));
         options.tolerance = shares[k];
@@ -53,6 +54,9 @@ static void solving_is_of_sensible_options(perion_simulation *simulation)
     report.residuals_or_null = residuals;
     report.residual_capacity = -1;
     REFUSE(ARGUMENT, "residual_capacity", perion_simulation_solve(simulation, NULL, &report));
+    report.residuals_or_null = NULL;
+    report.energies_or_null = residuals;
+    REFUSE(ARGUMENT, "residual_capacity", perion_simulation_relax(simulation, NULL, &report));
     EXPECT_SEALED(report.steps);
     report.struct_size = 7;
     REFUSE(ARGUMENT, "struct_size of 'report'", perion_simulation_solve(simulation, NULL, &report));
@@ -74,6 +78,7 @@ static void relaxing_is_of_sensible_options(perion_simulation *simulation)
     SEAL(report);
     report.struct_size = sizeof report;
     report.residuals_or_null = NULL;
+    report.energies_or_null = NULL;
     for (int k = 0; k < 5; ++k) {
         perion_relax_options_init(&options, sizeof(perion_relax_options));
         options.tolerance = shares[k];

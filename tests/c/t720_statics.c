@@ -35,7 +35,7 @@ static void solved_and_relaxed_bars_agree(void)
     perion_simulation *solved = pulled(1e-3), *relaxed = pulled(1e-3);
     perion_relax_options options;
     perion_report report;
-    double residuals[8], reaction[3] = {0.0, 0.0, 0.0};
+    double residuals[8], energies[4000], reaction[3] = {0.0, 0.0, 0.0};
 
     perion_report_init(&report, sizeof(perion_report));
     report.residuals_or_null = residuals;
@@ -53,8 +53,16 @@ static void solved_and_relaxed_bars_agree(void)
     EXPECT(fabs(reaction[0] / (-1e-3 * SCENE_LAYER) - 1.0) < 1e-6);
     perion_relax_options_init(&options, sizeof(perion_relax_options));
     options.tolerance = 1e-9;
+    report.residuals_or_null = NULL;
+    report.energies_or_null = energies;
+    report.residual_capacity = 4000;
     EXPECT_OK(perion_simulation_relax(relaxed, &options, &report));
     EXPECT(report.iterations > 50 && report.residual <= 1e-9);
+    EXPECT(report.energies_or_null == energies);
+    /* At rest, on its way, and next to rest. */
+    EXPECT(report.residual_count > 50 && report.residual_count <= 4000);
+    EXPECT_REAL(energies[0], 0.0);
+    EXPECT(energies[1] > 0.5 && energies[report.residual_count - 1] <= 1e-9);
     EXPECT(fabs(end_of(relaxed) / end_of(solved) - 1.0) < 1e-6);
     EXPECT_OK(perion_simulation_destroy(&solved));
     EXPECT_OK(perion_simulation_destroy(&relaxed));

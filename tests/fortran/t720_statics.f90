@@ -50,6 +50,8 @@ contains
     relaxing%tolerance = 1d-9
     call relaxed%relax(relaxing, report)
     call assert(report%iterations > 20 .and. report%elastic > 0, 'not relaxed')
+    call assert(size(report%energies) == size(report%residuals), 'energies are missing')
+    call assert(report%energies(size(report%energies)) <= 1d-9, 'not at rest')
     call solved%sum(PERION_FIELD_DISPLACEMENT, one, 'right')
     call relaxed%sum(PERION_FIELD_DISPLACEMENT, other, 'right')
     call assert(abs(other(1) / one(1) - 1) < 1d-6, 'they differ')

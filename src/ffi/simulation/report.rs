@@ -46,9 +46,12 @@ pub struct perion_report {
     pub residual_capacity: i64,
     /// how many residuals there are; the first residual_capacity are written
     pub residual_count: i64,
+    /// given by the host: room for as many energies of the motion of relax, over the largest that it had, one a step; NULL
+    /// for none
+    pub energies_or_null: *mut f64,
 }
 
-// SAFETY: plain numbers and a pointer behind struct_size.
+// SAFETY: plain numbers and pointers behind struct_size.
 unsafe impl Sized64 for perion_report {}
 
 const EMPTY: perion_report = perion_report {
@@ -70,6 +73,7 @@ const EMPTY: perion_report = perion_report {
     residuals_or_null: std::ptr::null_mut(),
     residual_capacity: 0,
     residual_count: 0,
+    energies_or_null: std::ptr::null_mut(),
 };
 
 /// Clears the struct and sets its struct_size; struct_size: sizeof(perion_report) as the host was
@@ -83,7 +87,8 @@ pub unsafe extern "C" fn perion_report_init(report: *mut perion_report, struct_s
 /// The report that the host wants, if any.
 pub(super) struct HostReport {
     pointer: *mut perion_report,
-    room: *mut f64,
+    /// For residuals and energies.
+    rooms: [*mut f64; 2],
     capacity: i64,
 }
 
@@ -97,18 +102,20 @@ impl HostReport {
         has_residuals: bool,
     ) -> Result<Self, Failure> {
         if pointer.is_null() {
-            return Ok(Self { pointer, room: std::ptr::null_mut(), capacity: 0 });
+            return Ok(Self { pointer, rooms: [std::ptr::null_mut(); 2], capacity: 0 });
         }
         // SAFETY: the caller's promise.
         let given = unsafe { sized::read(pointer, EMPTY, "report") }?;
-        let perion_report { residuals_or_null: room, residual_capacity: capacity, .. } = given;
-        if has_residuals && !room.is_null() && (capacity < 0 || !room.is_aligned()) {
+        let rooms = [given.residuals_or_null, given.energies_or_null];
+        let capacity = given.residual_capacity;
+        let is_bad = |room: &*mut f64| !room.is_null() && (capacity < 0 || !room.is_aligned());
+        if has_residuals && rooms.iter().any(is_bad) {
             return Ok(argument(format!(
-                "'residual_capacity' is {capacity}; it must not be negative, and residuals_or_null must lead \
-                 to doubles"
+                "'residual_capacity' is {capacity}; it must not be negative, and residuals_or_null and \
+                 energies_or_null must lead to doubles"
             ))?);
         }
-        Ok(Self { pointer, room, capacity })
+        Ok(Self { pointer, rooms, capacity })
     }
 
     /// Fills the host's struct.
@@ -119,23 +126,27 @@ impl HostReport {
         if self.pointer.is_null() {
             return Ok(());
         }
-        let (residuals_or_null, residual_capacity) = (self.room, self.capacity);
-        let mut told = perion_report { residuals_or_null, residual_capacity, ..EMPTY };
+        let [residuals_or_null, energies_or_null] = self.rooms;
+        let residual_capacity = self.capacity;
+        let mut told =
+            perion_report { residuals_or_null, residual_capacity, energies_or_null, ..EMPTY };
         fill(&mut told);
         // SAFETY: the caller's promise.
         unsafe { sized::write(self.pointer, &told, "report") }
     }
 
-    /// Fills the host's room for residuals.
+    /// Fills the host's rooms for residuals and energies.
     ///
     /// # Safety
-    /// As for [`HostReport::of`], still; the room has what its capacity says.
-    pub(super) unsafe fn list(&self, residuals: &[f64]) {
-        if self.room.is_null() {
-            return;
+    /// As for [`HostReport::of`], still; the rooms have what their capacity says.
+    pub(super) unsafe fn list(&self, residuals: &[f64], energies: &[f64]) {
+        for (room, numbers) in self.rooms.into_iter().zip([residuals, energies]) {
+            if room.is_null() {
+                continue;
+            }
+            let count = numbers.len().min(self.capacity as usize);
+            // SAFETY: the caller's promise.
+            unsafe { std::ptr::copy_nonoverlapping(numbers.as_ptr(), room, count) };
         }
-        let count = residuals.len().min(self.capacity as usize);
-        // SAFETY: the caller's promise.
-        unsafe { std::ptr::copy_nonoverlapping(residuals.as_ptr(), self.room, count) };
     }
 }

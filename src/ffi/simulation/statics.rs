@@ -148,7 +148,7 @@ pub unsafe extern "C" fn perion_simulation_solve(
 /// displacements over the first steps. Bonds that the equilibrium would break are broken for good, and the body relaxes
 /// again. The result counts as one completed step, at which the body is at rest; the time stands still. NULL options are
 /// the defaults. The report, unless NULL, tells what was done, also of a run that failed; it may bring room for the
-/// residuals.
+/// residuals and the energies of the motion.
 ///
 /// ERROR_ARGUMENT: an option out of range, struct_size not set. ERROR_STATE: a velocity is prescribed.
 /// ERROR_CONVERGENCE: the steps did not lead there; the text has reason and residuals. ERROR_INTERRUPTED: a function
@@ -181,7 +181,7 @@ pub unsafe extern "C" fn perion_simulation_relax(
 unsafe fn tell(host: &HostReport, report: &StaticsReport) -> Result<(), Failure> {
     // SAFETY: the caller's promise.
     unsafe {
-        host.list(&report.residuals);
+        host.list(&report.residuals, &report.energies);
         host.tell(|told| {
             told.steps = report.steps as i64;
             told.time = report.time;
