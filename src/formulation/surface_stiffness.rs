@@ -5,7 +5,10 @@
 //! isotropic T (I I + 2 I4)/(D (D+2)), which is Hooke's for springs. Of all weights q > 0 that do so q = exp(l:nnnn)
 //! differ least from 1, with one symmetric l of fourth order a point. No springs do it in all directions where a
 //! family is cut by two planes: what is asked of l is sum mu q nnnn + T P l, the root of which always exists, is only one and
-//! turns smoothly with the points. P is [`ALONG`] or [`ACROSS`].
+//! changes smoothly with the points. P is [`ALONG`] or [`ACROSS`].
+//!
+//! Kin to the position-aware linear solid (Mitchell, Silling and Littlewood 2015), which matches energies, too, by two
+//! influence functions a point.
 
 use super::Scene;
 use super::cholesky;

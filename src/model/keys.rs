@@ -139,8 +139,8 @@ pub const KEYS: [Key; 25] = [
         description: "of bond_based and ordinary_state_based: none; energy: bonds near a surface are made \
                       stiffer until a stretch along each axis stores what the material says; \
                       stiffness_tensor: bonds are weighted by their direction until each family has the \
-                      stiffness tensor of the material, which is exact for bars along the axes and near it for turned \
-                      ones; none, because weighted bonds take more time and memory",
+                      stiffness tensor of the material, nearest for surfaces along the axes; none, because \
+                      weighted bonds take more time and memory",
         default: "none",
         kind: Kind::Choice("none|energy|stiffness_tensor"),
     },

@@ -191,8 +191,7 @@ fn deformed_bonds_and_strong_forms_pull_the_same_on_every_level() {
 #[test]
 fn a_corrected_surface_is_the_same_on_every_level() {
     let corrections = ["energy", "stiffness_tensor"];
-    for (body, correction) in
-        all_bodies().into_iter().flat_map(|body| corrections.map(|it| (body.clone(), it)))
+    for (body, correction) in all_bodies().flat_map(|body| corrections.map(|it| (body.clone(), it)))
     {
         let form = Form { name: "ordinary_state_based", order: 1 };
         let worst = worst_on_every_level("a corrected surface", |level| {

@@ -87,14 +87,10 @@ fn off_the_material(form: Form, correction: &str) -> [f64; 4] {
     let mut worst = [0.0_f64; 4];
     for number in 0..12 {
         let is_sheared = number % 2 == 0;
-        let mut strain = [[0.0; 3]; 3];
-        for row in 0..3 {
-            for column in 0..=row {
-                let is_known = is_sheared || row == column;
-                let value = if is_known { random.between(-1e-6, 1e-6) } else { 0.0 };
-                (strain[row][column], strain[column][row]) = (value, value);
-            }
-        }
+        let [x, y, z] = [(); 3].map(|()| random.between(-1e-6, 1e-6));
+        let [yz, xz, xy] =
+            [(); 3].map(|()| if is_sheared { random.between(-1e-6, 1e-6) } else { 0.0 });
+        let strain = [[x, xy, xz], [xy, y, yz], [xz, yz, z]];
         let shares = shares(&body, &mut simulation, ratio_of(form), &strain);
         let points = [[4, 4, 4], [8, 4, 4], [8, 8, 4], [8, 8, 8]].map(at);
         for (place, (worst, point)) in worst.iter_mut().zip(points).enumerate() {
@@ -110,9 +106,10 @@ fn off_the_material(form: Form, correction: &str) -> [f64; 4] {
 #[test]
 fn families_have_the_stiffness_of_their_material() {
     for form in FORMS {
-        let [uncorrected, by_energy] =
+        let [none, energy] =
             ["none", "energy"].map(|correction| off_the_material(form, correction));
-        assert!(uncorrected[1] > 0.1 && by_energy[1] > 0.05, "{uncorrected:?} {by_energy:?}");
+        // Inside, where only the lattice is uneven.
+        assert!(none[0] > 0.1 && energy[0] > 0.1, "{form:?}: {none:?}, {energy:?}");
         // What the tensors cost inside and in faces; what edges and corners cannot have.
         let most = [6e-3, 6e-3, 0.1, 0.15];
         let worst = off_the_material(form, "stiffness_tensor");
