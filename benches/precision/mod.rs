@@ -17,26 +17,28 @@ use perion::{Model, Result, Simulation};
 #[derive(Clone, Copy, PartialEq)]
 pub struct Method {
     pub formulation: &'static str,
-    pub corrected: bool,
+    pub correction: Option<&'static str>,
 }
 
 const fn plain(formulation: &'static str) -> Method {
-    Method { formulation, corrected: false }
+    Method { formulation, correction: None }
 }
 
-const fn corrected(formulation: &'static str) -> Method {
-    Method { formulation, corrected: true }
+const fn corrected(formulation: &'static str, correction: &'static str) -> Method {
+    Method { formulation, correction: Some(correction) }
 }
 
-/// All but `bond_associated`, of which a single force costs as much as a whole run of the others, and the Lagrangian forms:
-/// the total one gives the errors of `correspondence`, the updated one costs ten times as much.
-pub const METHODS: [Method; 9] = [
+/// All but the Lagrangian forms: the total one gives the errors of `correspondence`, the updated one costs ten times as much.
+pub const METHODS: [Method; 12] = [
     plain("bond_based"),
-    corrected("bond_based"),
+    corrected("bond_based", "energy"),
+    corrected("bond_based", "stiffness_tensor"),
     plain("ordinary_state_based"),
-    corrected("ordinary_state_based"),
+    corrected("ordinary_state_based", "energy"),
+    corrected("ordinary_state_based", "stiffness_tensor"),
     plain("correspondence"),
     plain("bond_associated_quadrature"),
+    plain("bond_associated"),
     plain("correspondence_wan"),
     plain("correspondence_silling"),
     plain("madenci_oterkus"),
@@ -44,8 +46,10 @@ pub const METHODS: [Method; 9] = [
 
 impl Method {
     pub fn name(&self) -> String {
-        let correction = if self.corrected { " + surface" } else { "" };
-        format!("{}{correction}", self.formulation)
+        match self.correction {
+            None => self.formulation.into(),
+            Some(correction) => format!("{} + {correction}", self.formulation),
+        }
     }
 
     /// Whether it knows small strains alone.
@@ -65,7 +69,7 @@ impl Method {
 
     fn choose(&self, model: &mut Model) -> Result<()> {
         bars::choose_usual_influence(model, self.formulation)?;
-        if self.corrected { model.choose("surface_correction", "energy") } else { Ok(()) }
+        self.correction.map_or(Ok(()), |correction| model.choose("surface_correction", correction))
     }
 }
 
