@@ -125,7 +125,8 @@ impl Rooms {
             let room = self.free().pop();
             match room {
                 Some(room) => return work(lent.room.insert(room)),
-                // There are as many as parts: nobody waits but where a host's own law asks for more.
+                // There are as many as parts of a sweep: only sweeps of several threads that read one simulation wait for each
+                // other, and who holds a room asks for no other.
                 None => std::thread::yield_now(),
             }
         }

@@ -189,8 +189,11 @@ impl BondBased {
         let tension = |point: usize, link: &Link<D>| {
             let (own, other) =
                 (self.bond_constants.at(point), self.bond_constants.at(link.neighbor));
+            let [of_own, of_other] =
+                self.correction.as_ref().map_or([1.0; 2], |factors| factors.at(link.slot));
             let (extension, now) = extension(link);
-            (0.5 * (own * link.own + other * link.other) * extension / link.length, now)
+            let stiffness = 0.5 * (own * link.own * of_own + other * link.other * of_other);
+            (stiffness * extension / link.length, now)
         };
         scene.workers.sweep(count, PerPoint(values, width), |range, values| {
             for (values, point) in values.0.chunks_exact_mut(width).zip(range) {
@@ -348,6 +351,7 @@ impl Formulation for BondBased {
 
     fn bytes(&self) -> usize {
         self.bond_constants.bytes()
+            + self.surface.as_ref().map_or(0, |surface| surface.moduli.bytes())
             + self.correction.as_ref().map_or(0, Correction::bytes)
             + self.weights.bytes()
             + self.laws.bytes()

@@ -255,6 +255,7 @@ impl Passes for Lps {
 
     fn bytes(&self) -> usize {
         let lattice = self.lattice.as_ref().map_or(0, LatticeState::bytes);
-        self.laws.bytes() + self.moduli.bytes() + lattice
+        let surface = self.surface.as_ref().map_or(0, |surface| surface.moduli.bytes());
+        self.laws.bytes() + self.moduli.bytes() + surface + lattice
     }
 }

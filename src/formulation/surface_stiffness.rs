@@ -4,7 +4,7 @@
 //! A family stores 1/2 sum mu q (n.e n)^2 at a uniform strain e, mu of its bonds. Its tensor sum mu q nnnn is to be the
 //! isotropic T (I I + 2 I4)/(D (D+2)), which is Hooke's for springs. Of all weights q > 0 that do so q = exp(l:nnnn)
 //! differ least from 1, with one symmetric l of fourth order a point. No springs do it in all directions where a
-//! family is cut by two planes: what is asked of l is sum mu q nnnn + T P l, the root of which always exists, is only one and
+//! family is cut by two planes: l is asked that sum mu q nnnn + T P l be that tensor; such an l always exists, is only one and
 //! changes smoothly with the points. P is [`ALONG`] or [`ACROSS`].
 //!
 //! Kin to the position-aware linear solid (Mitchell, Silling and Littlewood 2015), which matches energies, too, by two

@@ -121,6 +121,8 @@ impl<L: BondLaw, const STEPS: bool, const D: usize> Kernel for EnergySweep<'_, L
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Self { cloud, law, range, density } = self;
+        // Lists have no bonds of members of a lattice, whose blocks are swept here.
+        assert!(STEPS || cloud.families.lattice.is_none());
         let pulls = Pulls::<_, _, true, STEPS>::new(simd, cloud, law, false);
         for (density, point) in density.iter_mut().zip(range) {
             *density = 0.25 * law.factor() * pulls.energy::<D>(point);
@@ -298,7 +300,8 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
         }
         let (lanes, families) = (slot..slot + S::WIDTH, self.cloud.families);
         debug_assert!(lanes.end <= families.neighbors.len());
-        // SAFETY: slots are those of a point's blocks, which end before the lists do, as a cloud has seen.
+        // SAFETY: slots are those of a point's list, which has its blocks: lists are as long as all slots without a lattice, and
+        // members of one are left out.
         let neighbors = unsafe { families.neighbors.get_unchecked(lanes) };
         Part { point, slot, neighbors }
     }

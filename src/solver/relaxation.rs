@@ -119,8 +119,9 @@ fn run(
         let kinetic = 0.5 * balance.space.weighted_dot(&velocity, &velocity, |point| masses[point]);
         most = most.max(kinetic);
         let energy = if kinetic == 0.0 { 0.0 } else { kinetic / most };
-        memory::push(seen.residuals, relative, PURPOSE)?;
+        // In this order: as many energies as residuals there are, should memory end between.
         memory::push(seen.energies, energy, PURPOSE)?;
+        memory::push(seen.residuals, relative, PURPOSE)?;
         if ramped && relative <= goal.tolerance && energy <= goal.energy_tolerance {
             return Ok(Some(Ended::Converged { iterations: step }));
         }

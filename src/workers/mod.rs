@@ -134,7 +134,7 @@ pub(crate) fn block_count(points: usize) -> usize {
     points.div_ceil(BLOCK)
 }
 
-/// Most parts of a sweep that are at work at a time.
+/// Most parts that a sweep is cut into.
 pub(crate) fn most_parts(points: usize) -> usize {
     block_count(points).clamp(1, MOST_PARTS)
 }

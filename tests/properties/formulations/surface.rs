@@ -151,3 +151,22 @@ fn bars_that_are_turned_store_what_their_material_does() {
         }
     }
 }
+
+#[test]
+fn the_stress_of_a_corrected_body_does_the_work_that_it_stores() {
+    let body = body_at(3, lattice(3, [7, 6, 5]), 3.015);
+    let strain = [[1e-6, 4e-7, -2e-7], [4e-7, -5e-7, 3e-7], [-2e-7, 3e-7, 2e-7]];
+    for (form, correction) in FORMS.into_iter().flat_map(|form| {
+        ["none", "energy", "stiffness_tensor"].map(|correction| (form, correction))
+    }) {
+        let mut simulation = corrected(&body, form, correction);
+        let shares = shares(&body, &mut simulation, ratio_of(form), &strain);
+        let stored = energy_of_material(body.youngs_modulus(), ratio_of(form), &strain)
+            * shares.iter().sum::<f64>();
+        let stress = simulation.get(Field::FirstPiolaStress).unwrap();
+        let work: f64 = (stress.chunks_exact(9))
+            .map(|stress| stress.iter().zip(strain.as_flattened()).map(|(p, e)| p * e).sum::<f64>())
+            .sum();
+        assert!((0.5 * work / stored - 1.0).abs() < 1e-5, "{form:?} {correction}: {work} {stored}");
+    }
+}
