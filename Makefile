@@ -61,7 +61,7 @@ test: library
 
 # What takes too long for every day; docs tell what it last gave.
 test-long:
-	$(CARGO) test --release --test stable_step --test statics --test work_precision -- --ignored --nocapture --test-threads 1
+	$(CARGO) test --release --test stable_step --test statics -- --ignored --nocapture --test-threads 1
 
 # Installs what is built, and builds what is not or is older than its sources: as root, run make first as yourself.
 INSTALLATION = MAKE="$(MAKE)" CARGO="$(CARGO)" LIB="$(LIB)" VERSION="$(VERSION)" ABI="$(ABI)" \
