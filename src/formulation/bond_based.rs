@@ -243,17 +243,8 @@ impl Formulation for BondBased {
             self.calm = Some(Calm::new(scene, reach, self.breaks)?);
         }
         let Some(Surface { correction, moduli }) = &self.surface else { return Ok(()) };
-        let room = self.scratch(scene.places.len(), 0, 0, false);
-        let mut scratch = crate::memory::filled(0.0, room, "surface factors")?;
         let factors = match correction {
-            SurfaceCorrection::Energy => surface::factors(
-                scene,
-                |scene, density| {
-                    self.energy_density(scene, &mut scratch, density, EnergyPart::Strain);
-                    Ok(())
-                },
-                |point| moduli.at(point),
-            ),
+            SurfaceCorrection::Energy => surface::factors(scene, self, |point| moduli.at(point)),
             SurfaceCorrection::StiffnessTensor => {
                 let (law, size) = (self.various(scene, None), scene.dimension as f64);
                 // W = 1/4 sum c d s^2 L V is lambda/2 + mu at a strain of 1 along an axis.

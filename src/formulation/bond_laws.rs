@@ -78,18 +78,14 @@ impl BondLaw for Alike<'_> {
         self.bond_constant
     }
     #[inline(always)]
-    fn weight<S: Simd>(&self, _: S, _: &Part<'_>, inverse: S::Lanes, volume: S::Lanes) -> S::Lanes {
-        inverse * volume
-    }
-    #[inline(always)]
-    fn own_weight<S: Simd>(
+    fn weight<S: Simd, const BOTH: bool>(
         &self,
-        simd: S,
-        part: &Part<'_>,
+        _: S,
+        _: &Part<'_>,
         inverse: S::Lanes,
         volume: S::Lanes,
     ) -> S::Lanes {
-        self.weight(simd, part, inverse, volume)
+        inverse * volume
     }
     #[inline(always)]
     fn threshold<S: Simd>(&self, simd: S, _: &Part<'_>) -> S::Lanes {
@@ -207,27 +203,19 @@ impl BondLaw for Various<'_> {
         1.0
     }
     #[inline(always)]
-    fn weight<S: Simd>(
+    fn weight<S: Simd, const BOTH: bool>(
         &self,
         simd: S,
         part: &Part<'_>,
         inverse: S::Lanes,
         volume: S::Lanes,
     ) -> S::Lanes {
-        let stiffness = self
-            .stiffnesses::<S, true>(simd, part, inverse, |bond| self.stiffness(part.point, bond));
+        let each = |bond| match BOTH {
+            true => self.stiffness(part.point, bond),
+            false => self.own_constant(part.point, bond) * self.integrity(bond.slot)[0],
+        };
+        let stiffness = self.stiffnesses::<S, BOTH>(simd, part, inverse, each);
         inverse * volume * stiffness
-    }
-    #[inline(always)]
-    fn own_weight<S: Simd>(
-        &self,
-        simd: S,
-        part: &Part<'_>,
-        inverse: S::Lanes,
-        volume: S::Lanes,
-    ) -> S::Lanes {
-        let own = |bond| self.own_constant(part.point, bond) * self.integrity(bond.slot)[0];
-        inverse * volume * self.stiffnesses::<S, false>(simd, part, inverse, own)
     }
     #[inline(always)]
     fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes {

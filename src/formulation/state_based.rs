@@ -10,7 +10,7 @@ use super::breaking::Near;
 use super::in_lanes::{self, of_size};
 use super::laws::Laws;
 use super::passes::{EnergySweep, ForceSweep, Passes, Room};
-use super::surface::{Correction, Surface};
+use super::surface::Surface;
 use super::{
     Asked, EnergyPart, Formulation, Materials, Read, Scene, breaking, constants, surface,
     surface_stiffness,
@@ -150,23 +150,6 @@ impl<P: Passes> StateBased<P> {
         }
         self.passes.ask(body, left, near, records);
         Scene { asked: Some(Asked { records, dissipated }), ..*body.scene }
-    }
-
-    fn energy_factors(&self, scene: &Scene<'_>) -> Result<Correction> {
-        let (points, blocks) = (scene.places.len(), scene.families.block_count());
-        let mut scratch = crate::memory::filled(
-            0.0,
-            self.scratch(points, blocks, scene.dimension, false),
-            "surface factors",
-        )?;
-        surface::factors(
-            scene,
-            |scene, density| {
-                self.energy_density(scene, &mut scratch, density, EnergyPart::Strain);
-                Ok(())
-            },
-            |point| self.passes.surface().map_or(0.0, |surface| *surface.moduli.at(point)),
-        )
     }
 
     /// Runs the first pass, of all points or those that `near` wants; gives the first point where what it
@@ -335,9 +318,9 @@ impl<P: Passes> Formulation for StateBased<P> {
             self.passes.weights_mut().keep(scene)?;
         }
         self.passes.refer_to(scene)?;
-        let Some(Surface { correction, .. }) = self.passes.surface() else { return Ok(()) };
+        let Some(Surface { correction, moduli }) = self.passes.surface() else { return Ok(()) };
         let factors = match correction {
-            SurfaceCorrection::Energy => self.energy_factors(scene),
+            SurfaceCorrection::Energy => surface::factors(scene, self, |point| *moduli.at(point)),
             SurfaceCorrection::StiffnessTensor => {
                 let weight = |point: usize, bond: Bond| {
                     let volume = scene.places[bond.neighbor][3];

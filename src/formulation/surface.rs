@@ -4,7 +4,7 @@
 //! For each axis a the body is stretched by 1.001: m_a = (lambda/2 + mu) (0.001)^2/W_i;
 //! beta_ij = [sum_a (n_a/mbar_a)^2]^-1/2 with the mean mbar_a of both ends.
 
-use super::Scene;
+use super::{EnergyPart, Formulation, Scene};
 use crate::error::Result;
 use crate::families::LANES;
 use crate::memory;
@@ -47,23 +47,25 @@ const STRETCH: f64 = 0.001;
 
 const PURPOSE: &str = "surface factors";
 
-/// beta of each lane. `energy` gives the energy per volume of all points at a displacement, without correction;
-/// `modulus` lambda/2 + mu of a point.
+/// beta of each lane, from the energies of a formulation that has no correction yet; `modulus`: lambda/2 + mu of a point.
 pub(super) fn factors(
     scene: &Scene<'_>,
-    mut energy: impl FnMut(&Scene<'_>, &mut [f64]) -> Result<()>,
+    formulation: &impl Formulation,
     modulus: impl Fn(usize) -> f64,
 ) -> Result<Correction> {
     let (dimension, count) = (scene.dimension, scene.places.len());
     let mut displacement = memory::filled(0.0, count * dimension, PURPOSE)?;
     let mut density = memory::filled(0.0, count, PURPOSE)?;
+    let room = formulation.scratch(count, scene.families.block_count(), dimension, false);
+    let mut scratch = memory::filled(0.0, room, PURPOSE)?;
     let mut measures = memory::filled([1.0; 3], count, PURPOSE)?;
     for axis in 0..dimension {
         displacement.fill(0.0);
         for (point, place) in scene.places.iter().enumerate() {
             displacement[point * dimension + axis] = STRETCH * place[axis];
         }
-        energy(&Scene { displacement: &displacement, ..*scene }, &mut density)?;
+        let stretched = Scene { displacement: &displacement, ..*scene };
+        formulation.energy_density(&stretched, &mut scratch, &mut density, EnergyPart::Strain);
         for (point, measure) in measures.iter_mut().enumerate() {
             // A point without a bond has nothing to be corrected.
             if density[point] > 0.0 {

@@ -54,16 +54,9 @@ pub(crate) struct Part<'a> {
 pub(crate) trait BondLaw: Copy + Sync {
     /// What all forces are multiplied with.
     fn factor(&self) -> f64;
-    /// V_j/L of bonds with the inverse lengths and volumes given, each times what else its stiffness has.
-    fn weight<S: Simd>(
-        &self,
-        simd: S,
-        part: &Part<'_>,
-        inverse: S::Lanes,
-        volume: S::Lanes,
-    ) -> S::Lanes;
-    /// The same of the point's own half of a bond, 2 of which make its energy.
-    fn own_weight<S: Simd>(
+    /// V_j/L of bonds with the inverse lengths and volumes given, each times what else its stiffness has: `BOTH` ends the
+    /// mean of theirs, for forces, or the point's own, for its energy.
+    fn weight<S: Simd, const BOTH: bool>(
         &self,
         simd: S,
         part: &Part<'_>,
@@ -333,7 +326,7 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
             let Stretched { change, inverse, volume, .. } = self.stretched::<D>(&part, &own);
             // s = z/(1 + l/L)
             let stretch = change / (one + (one + change).max(zero).sqrt());
-            let weight = law.own_weight(simd, &part, inverse, volume) / (inverse * inverse);
+            let weight = law.weight::<S, false>(simd, &part, inverse, volume) / (inverse * inverse);
             sum = sum + (weight * (stretch * stretch)).only(simd.mask(bits));
         }
         sum.total()
@@ -358,7 +351,11 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
         let mut names = [0; LANES];
         let part = self.part(point, slot, &mut names);
         let Stretched { bond, change, inverse, volume } = self.stretched(&part, own);
-        Pulled { bond, change, weight: self.law.weight(self.simd, &part, inverse, volume) }
+        Pulled {
+            bond,
+            change,
+            weight: self.law.weight::<S, true>(self.simd, &part, inverse, volume),
+        }
     }
 
     #[inline(always)]
