@@ -161,7 +161,8 @@ typedef struct perion_view {
 } perion_view;
 
 /**
- * Told after each step: `done` of `total` steps of this run, and the time. It runs on the calling
+ * Told after each step of step and advance, each load step of solve, and each step of the motion of relax: `done` of
+ * `total` of this run, and the time. It runs on the calling
  * thread with the host's floating-point environment; it must not throw or jump out. It may make const
  * calls on its simulation, write_vtk and write_series among them; others give ERROR_STATE. A result
  * other than 0 stops the run (ERROR_INTERRUPTED).
@@ -1483,8 +1484,8 @@ perion_status perion_simulation_step(struct perion_simulation *simulation,
                                      int64_t steps);
 
 /**
- * Sets the callback that step() tells of its progress, NULL for none; `user` is handed back to it.
- * Since 0.1.
+ * Sets the callback that step, advance, solve and relax tell of their progress, NULL for none; `user` is handed back to
+ * it. Since 0.1.
  */
 perion_status perion_simulation_set_progress(struct perion_simulation *simulation,
                                              perion_progress callback,
@@ -1580,10 +1581,11 @@ perion_status perion_simulation_solve(struct perion_simulation *simulation,
  * displacements over the first steps. Bonds that the equilibrium would break are broken for good, and the body relaxes
  * again. The result counts as one completed step, at which the body is at rest; the time stands still. NULL options are
  * the defaults. The report, unless NULL, tells what was done, also of a run that failed; it may bring room for the
- * residuals and the energies of the motion.
+ * residuals and the energies of the motion. The progress callback is told of each step of the motion, with the number of steps
+ * that it may take at most as the total, and sees the body as it was; the log is told of the residual every hundred steps.
  *
  * ERROR_ARGUMENT: an option out of range, struct_size not set. ERROR_STATE: a velocity is prescribed.
- * ERROR_CONVERGENCE: the steps did not lead there; the text has reason and residuals. ERROR_INTERRUPTED: a function
+ * ERROR_CONVERGENCE: the steps did not lead there; the text has reason and residuals. ERROR_INTERRUPTED: a callback
  * stopped. ERROR_MEMORY. A failure leaves the simulation as the last completed step left it. Since 0.1.
  */
 perion_status perion_simulation_relax(struct perion_simulation *simulation,

@@ -28,8 +28,8 @@ const fn corrected(formulation: &'static str, correction: &'static str) -> Metho
     Method { formulation, correction: Some(correction) }
 }
 
-/// All but the Lagrangian forms: the total one gives the errors of `correspondence`, the updated one costs ten times as much.
-pub const METHODS: [Method; 12] = [
+/// All formulations, those of bonds with both corrections too.
+pub const METHODS: [Method; 14] = [
     plain("bond_based"),
     corrected("bond_based", "energy"),
     corrected("bond_based", "stiffness_tensor"),
@@ -42,6 +42,8 @@ pub const METHODS: [Method; 12] = [
     plain("correspondence_wan"),
     plain("correspondence_silling"),
     plain("madenci_oterkus"),
+    plain("total_lagrangian"),
+    plain("updated_lagrangian"),
 ];
 
 impl Method {

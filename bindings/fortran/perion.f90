@@ -179,7 +179,7 @@ module perion
     procedure(perion_function_evaluate), deferred :: evaluate
   end type perion_function
 
-  !> Told after each step: a type of the host's own that extends this one. See
+  !> Told after each step, load step or step of relax: a type of the host's own that extends this one. See
   !> simulation%set_progress.
   type, abstract :: perion_progress
   contains
@@ -1610,10 +1610,12 @@ module perion
     !> Finds the equilibrium under the conditions at the current time by adaptive dynamic relaxation: a
     !> damped motion with masses of its own, of one force a step, for bodies whose linear systems are hard
     !> to solve. The result counts as one completed step, at which the body is at rest; the time stands
-    !> still.
+    !> still. The object of set_progress is told of each step of the motion, with the number of steps that
+    !> it may take at most as the total, and sees the body as it was; the log hears of the residual every
+    !> hundred steps. The report tells what was done, also of a run that failed on its way.
     !>
     !> ERROR_ARGUMENT: an option out of range. ERROR_STATE: a velocity is prescribed. ERROR_CONVERGENCE:
-    !> the steps did not lead there. A failure leaves the simulation as the last completed step left it.
+    !> the steps did not lead there. ERROR_INTERRUPTED: a callback stopped. A failure leaves the simulation as the last completed step left it.
     recursive module subroutine simulation_relax(self, options, report, error)
       class(perion_simulation), intent(inout) :: self
       type(perion_relax_options), optional, intent(in) :: options
@@ -1634,8 +1636,8 @@ module perion
       type(perion_error), allocatable, optional, intent(out) :: error
     end subroutine simulation_set_surface_areas
 
-    !> Sets the object that step tells of its progress; none when left out. The object is not
-    !> copied: it must have the attribute target (or be what a pointer points to) and live where it
+    !> Sets the object that step, advance, solve and relax tell of their progress; none when left out. The
+    !> object is not copied: it must have the attribute target (or be what a pointer points to) and live where it
     !> is until the simulation is destroyed or has another one.
     recursive module subroutine simulation_set_progress(self, progress, error)
       class(perion_simulation), intent(inout) :: self

@@ -102,13 +102,20 @@ pub fn compose(text: &str, options: &Options) -> Result<Canvas, String> {
     Ok(canvas)
 }
 
-/// A disc, or for series beyond the colours a square, of so many pixels from its middle to its side.
+/// A disc, or for series beyond the colours a square, and then a cross, of so many pixels from its middle to its side.
 fn draw_mark(canvas: &mut Canvas, [x, y]: [f64; 2], size: f64, series: usize, colour: Colour) {
-    if series < COLOURS.len() {
+    match series / COLOURS.len() {
         // A line without length has round ends.
-        draw_line(canvas, &[[x, y]; 2], 2.0 * size, colour);
-    } else {
-        let [low, high] = [-0.9 * size, 0.9 * size].map(|off| [(x + off) as i64, (y + off) as i64]);
-        canvas.fill(low, high, colour);
+        0 => draw_line(canvas, &[[x, y]; 2], 2.0 * size, colour),
+        1 => {
+            let corner = |off: f64| [(x + off) as i64, (y + off) as i64];
+            canvas.fill(corner(-0.9 * size), corner(0.9 * size), colour);
+        }
+        _ => {
+            for side in [size, -size] {
+                let ends = [[x - size, y - side], [x + size, y + side]];
+                draw_line(canvas, &ends, 0.7 * size, colour);
+            }
+        }
     }
 }

@@ -1,11 +1,17 @@
 //! Equilibrium by adaptive dynamic relaxation.
 
-use super::Simulation;
-use super::statics::StaticsReport;
+use std::ops::ControlFlow;
+
+use super::drive::{Progress, stopped};
+use super::statics::{Search, Standing, StaticsReport};
+use super::{LogLevel, Simulation};
 use crate::error::{Result, argument};
 use crate::solver::balance::Balance;
 use crate::solver::newton_krylov::Ended;
-use crate::solver::relaxation::{self, Goal, Seen};
+use crate::solver::relaxation::{Goal, Relaxation, Seen};
+
+/// Steps between two lines of the log.
+const TOLD: usize = 100;
 
 /// How [`Simulation::relax`] looks for equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,6 +34,24 @@ impl Default for RelaxOptions {
     }
 }
 
+/// A relaxation on its way. The simulation must not change before it has ended.
+pub(crate) struct Relaxing {
+    goal: Goal,
+    /// `None` once it has ended.
+    search: Option<Search>,
+    /// Of the balance that is looked for now.
+    relaxation: Option<Relaxation>,
+    work: f64,
+    report: StaticsReport,
+}
+
+impl Relaxing {
+    /// What it has done so far.
+    pub(crate) fn report(&self) -> &StaticsReport {
+        &self.report
+    }
+}
+
 impl Simulation {
     /// Finds the equilibrium under the conditions at the current time by adaptive dynamic relaxation: a damped motion with
     /// masses of its own, of one force a step. Loads act at once, displacements are applied over the first steps. Bonds
@@ -39,52 +63,105 @@ impl Simulation {
     /// lead there: the simulation is as the last completed step left it; `Numeric`, `Interrupted`, `Memory` as
     /// [`Simulation::step`].
     pub fn relax(&mut self, options: &RelaxOptions) -> Result<StaticsReport> {
-        let mut report = StaticsReport::default();
-        self.relax_into(options, &mut report)?;
-        Ok(report)
+        let mut run = self.start_relaxing(options)?;
+        while self.continue_relaxing(&mut run, false)?.is_some() {}
+        Ok(run.report)
     }
 
-    /// Refuses what a relaxation cannot begin with.
-    pub(crate) fn check_relaxing(&self, options: &RelaxOptions) -> Result<()> {
-        options.goal()?;
-        self.conditions.check_at_rest()
-    }
-
-    /// As [`Simulation::relax`]; the report also tells of a run that failed.
+    /// As [`Simulation::relax`], calling `progress` after each step of the motion; it can stop the run, and sees the
+    /// simulation as the last completed step left it. The total that it is told is the number of steps that the run may
+    /// take at most. The report also tells of a run that failed or was stopped.
     ///
     /// # Errors
-    /// As [`Simulation::relax`].
-    pub fn relax_into(&mut self, options: &RelaxOptions, report: &mut StaticsReport) -> Result<()> {
-        *report =
-            StaticsReport { time: self.state.time, evaluations: 1, ..StaticsReport::default() };
+    /// As [`Simulation::relax`]; `Interrupted` when `progress` stops the run.
+    pub fn relax_watched(
+        &mut self,
+        options: &RelaxOptions,
+        report: &mut StaticsReport,
+        mut progress: impl FnMut(&Self, Progress) -> ControlFlow<()>,
+    ) -> Result<()> {
+        let mut run = self.start_relaxing(options)?;
+        let ended = loop {
+            match self.continue_relaxing(&mut run, true) {
+                Ok(Some(made)) if progress(self, made).is_break() => break Err(stopped(made)),
+                Ok(Some(_)) => {}
+                Ok(None) => break Ok(()),
+                Err(error) => break Err(error),
+            }
+        };
+        *report = run.report;
+        ended
+    }
+
+    /// Begins a run that [`Simulation::continue_relaxing`] makes, for hosts that need their simulation between steps.
+    pub(crate) fn start_relaxing(&mut self, options: &RelaxOptions) -> Result<Relaxing> {
         let goal = options.goal()?;
         let way = self.prepare_statics(self.state.time)?;
         let acting = way.at(self, 1.0)?;
-        let before = self.state.ledger.work;
+        let report =
+            StaticsReport { time: self.state.time, evaluations: 1, ..StaticsReport::default() };
+        let work = self.state.ledger.work;
+        let search = Some(self.start_search(acting, options.breaks)?);
+        Ok(Relaxing { goal, search, relaxation: None, work, report })
+    }
+
+    /// Makes the next step of the motion, or some. Gives where the run stands, `None` when it is complete.
+    pub(crate) fn continue_relaxing(
+        &mut self,
+        run: &mut Relaxing,
+        single: bool,
+    ) -> Result<Option<Progress>> {
+        let Relaxing { goal, search, relaxation, work, report } = run;
+        let Some(mut found) = search.take() else { return Ok(None) };
         let StaticsReport { residuals, energies, evaluations, iterations, .. } = report;
+        let steps = if single { 1 } else { TOLD - residuals.len() % TOLD };
         let mut balancer = |balance: &mut Balance<'_>,
                             displacement: &mut [f64],
                             push: Option<&[f64]>,
                             forces: f64| {
-            let (residuals, energies) = (&mut *residuals, &mut *energies);
-            let mut seen = Seen { forces, residuals, energies };
-            let ended = relaxation::relax(balance, &goal, (displacement, push), &mut seen)?;
-            if let Ended::Converged { iterations: made } = ended {
+            let known = match relaxation {
+                Some(known) => known,
+                None => relaxation.insert(Relaxation::new(balance, displacement)?),
+            };
+            let mut seen = Seen { forces, residuals: &mut *residuals, energies: &mut *energies };
+            let ended = known.go_on(balance, goal, (displacement, push), &mut seen, steps)?;
+            if let Some(Ended::Converged { iterations: made }) = ended {
                 *iterations += made as u64;
+                *relaxation = None;
             }
             Ok(ended)
         };
-        let found = self.find_equilibrium(&acting, options.breaks, &mut balancer, evaluations)?;
-        let found = match found {
-            Ok(found) => found,
-            Err(reason) => return Err(self.not_converged(&reason, 0.0, &report.residuals)),
-        };
+        match self.continue_search(&mut found, &mut balancer, evaluations)? {
+            Standing::OnItsWay => {}
+            Standing::Failed(reason) => {
+                return Err(self.not_converged(&reason, 0.0, &report.residuals));
+            }
+            Standing::Reached => {
+                report.broken_bonds = found.broken;
+                self.accept_equilibrium(found)?;
+                (report.steps, report.share) = (1, 1.0);
+                report.external_work = self.state.ledger.work - *work;
+                report.elastic = self.energy()?.elastic;
+                return Ok(None);
+            }
+        }
         report.broken_bonds = found.broken;
-        self.accept_equilibrium(acting, found)?;
-        (report.steps, report.share) = (1, 1.0);
-        report.external_work = self.state.ledger.work - before;
-        report.elastic = self.energy()?.elastic;
-        Ok(())
+        *search = Some(found);
+        let done = report.residuals.len();
+        if done % TOLD == 0
+            && let Some(residual) = report.residuals.last()
+        {
+            let broken = report.broken_bonds;
+            self.tell(
+                LogLevel::Information,
+                &format!(
+                    "relax: residual {residual:.2e} after {done} steps, {broken} bonds broken"
+                ),
+            );
+        }
+        let made = relaxation.as_ref().map_or(0, Relaxation::steps);
+        let total = (done - made.min(done)).saturating_add(goal.steps.saturating_add(1)) as u64;
+        Ok(Some(Progress { done: done as u64, total, time: self.state.time }))
     }
 }
 

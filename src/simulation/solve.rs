@@ -1,7 +1,7 @@
 //! Equilibrium by Newton's method, load step by load step.
 
 use super::drive::{Progress, stopped};
-use super::statics::{Acting, StaticsReport, Way, told};
+use super::statics::{Acting, Standing, StaticsReport, Way, told};
 use super::{LogLevel, Simulation};
 use crate::error::{Result, argument};
 use crate::solver::balance::Balance;
@@ -228,16 +228,21 @@ impl Simulation {
                 most = most.max(made);
                 iterations += made as u64;
             }
-            Ok(ended)
+            Ok(Some(ended))
         };
-        let found = self.find_equilibrium(&acting, options.breaks, &mut balancer, evaluations)?;
+        let mut search = self.start_search(acting, options.breaks)?;
+        let standing = loop {
+            match self.continue_search(&mut search, &mut balancer, evaluations)? {
+                Standing::OnItsWay => {}
+                standing => break standing,
+            }
+        };
         report.iterations += iterations;
-        let found = match found {
-            Ok(found) => found,
-            Err(reason) => return Ok(Err(reason)),
-        };
-        report.broken_bonds += found.broken;
-        self.accept_equilibrium(acting, found)?;
+        if let Standing::Failed(reason) = standing {
+            return Ok(Err(reason));
+        }
+        report.broken_bonds += search.broken;
+        self.accept_equilibrium(search)?;
         Ok(Ok(most))
     }
 }

@@ -62,11 +62,28 @@ pub(super) struct Acting {
     pub(super) load: Vec<f64>,
 }
 
-/// An equilibrium that is not yet the state; displacement and force stand in the next one.
-pub(super) struct Found {
-    pub(super) bonds: BondState,
-    pub(super) dissipated: Vec<f64>,
+/// A search for the equilibrium of what acts. What it finds is not yet the state; forces stand in the next one.
+pub(super) struct Search {
+    acting: Acting,
+    bonds: BondState,
+    dissipated: Vec<f64>,
+    /// Bonds that it has broken.
     pub(super) broken: u64,
+    displacement: Vec<f64>,
+    /// Displacement at the last balance of forces.
+    before: Vec<f64>,
+    /// What held components are still to be moved by.
+    push: Option<Vec<f64>>,
+    /// How often bonds may still break.
+    breaks: u64,
+}
+
+/// Where a search stands.
+pub(super) enum Standing {
+    /// The balancer has more to do, or bonds have broken.
+    OnItsWay,
+    Reached,
+    Failed(Reason),
 }
 
 impl Way {
@@ -145,84 +162,94 @@ impl Way {
 }
 
 /// What brings a body to equilibrium: moves a displacement, its held components first by a push, and is told of the
-/// size of the forces at the beginning.
+/// size of the forces at the beginning. `None` where it has more to do.
 pub(super) type Balancer<'a> =
-    dyn FnMut(&mut Balance<'_>, &mut [f64], Option<&[f64]>, f64) -> Result<Ended> + 'a;
+    dyn FnMut(&mut Balance<'_>, &mut [f64], Option<&[f64]>, f64) -> Result<Option<Ended>> + 'a;
 
 impl Simulation {
-    /// Looks for an equilibrium under what acts. Bonds that it would break are broken, and it is looked for again, until
-    /// none break, at most so many times. Leaves the state as it was.
-    pub(super) fn find_equilibrium(
-        &mut self,
-        acting: &Acting,
-        most_breaks: u64,
-        balancer: &mut Balancer<'_>,
-        evaluations: &mut u64,
-    ) -> Result<std::result::Result<Found, Reason>> {
-        let Self { state, built, .. } = self;
-        let Some(built) = built.get_mut() else { return Ok(Err(Reason::TooMany)) };
-        let Built { workers, plan, bonds, next_intact, dissipated, scratch, .. } = built;
-        let [dissipated, next_dissipated] = dissipated;
-        let mut found = Found {
-            bonds: bonds.try_clone()?,
-            dissipated: memory::copied(dissipated, PURPOSE)?,
-            broken: 0,
-        };
-        let current = &state.current;
-        let mut before = memory::copied(&current.displacement, PURPOSE)?;
-        let mut displacement = memory::copied(&current.displacement, PURPOSE)?;
+    /// Begins a search for an equilibrium, in which bonds may break so many times; the state stays as it is.
+    pub(super) fn start_search(&self, acting: Acting, breaks: u64) -> Result<Search> {
+        let Built { bonds, dissipated, .. } = self.built()?;
+        let current = &self.state.current;
         let mut push = memory::copied(&acting.displacement, PURPOSE)?;
         push.iter_mut().zip(&current.displacement).for_each(|(push, was)| *push -= was);
-        let mut push = push.iter().any(|&component| component != 0.0).then_some(push);
+        Ok(Search {
+            acting,
+            bonds: bonds.try_clone()?,
+            dissipated: memory::copied(&dissipated[0], PURPOSE)?,
+            broken: 0,
+            displacement: memory::copied(&current.displacement, PURPOSE)?,
+            before: memory::copied(&current.displacement, PURPOSE)?,
+            push: push.iter().any(|&component| component != 0.0).then_some(push),
+            breaks,
+        })
+    }
+
+    /// Lets the balancer go on. Where it has balanced the forces, the bonds that they would break are broken, and there is a
+    /// balance to be looked for again, until none break.
+    pub(super) fn continue_search(
+        &mut self,
+        search: &mut Search,
+        balancer: &mut Balancer<'_>,
+        evaluations: &mut u64,
+    ) -> Result<Standing> {
+        let Self { state, built, .. } = self;
+        let Some(built) = built.get_mut() else { return Ok(Standing::Failed(Reason::TooMany)) };
+        let Built { workers, plan, next_intact, dissipated: [_, next_dissipated], scratch, .. } =
+            built;
+        let Search { acting, bonds, dissipated, displacement, before, push, .. } = search;
         let loads = state.settled.as_ref().map(|settled| &settled.load[..]);
-        for _ in 0..=most_breaks {
-            let under = Under { held: &acting.held, load: &acting.load };
-            let mut balance = Balance::new(plan, workers, &found.bonds, scratch, &under)?;
-            let held = &acting.held;
-            let scale = balance
-                .load_size(&acting.load)
-                .max(loads.map_or(0.0, |loads| balance.load_size(loads)));
-            let scale = scale.max(holding(plan, held, &current.force, &acting.load));
-            let ended = balancer(&mut balance, &mut displacement, push.as_deref(), scale);
-            *evaluations += balance.evaluations;
-            if let Ended::Failed(reason) = ended? {
-                return Ok(Err(reason));
-            }
-            push = None;
-            // The forces of the equilibrium, and what they break.
-            let scene = plan.scene(workers, &found.bonds, &displacement);
-            let breaking = plan.rule.as_ref().map(|rule| {
-                next_dissipated.copy_from_slice(&found.dissipated);
-                let before = Some(&before[..]);
-                Breaking { rule, intact: next_intact, dissipated: next_dissipated, before }
-            });
-            *evaluations += 1;
-            let failed = plan.formulation.force(&scene, scratch, &mut state.next.force, breaking);
-            if let Some(error) = stopped_by_law(plan) {
-                return Err(error);
-            }
-            if let Some(place) = failed {
-                return Ok(Err(Reason::NotFinite(place)));
-            }
-            if plan.rule.is_none() || found.bonds.intact == *next_intact {
-                found.bonds.keep_records(scratch);
-                state.next.displacement.copy_from_slice(&displacement);
-                // What the host has set by hand is kept there for bonds that break.
-                state.pulled = true;
-                return Ok(Ok(found));
-            }
-            let gone = found.bonds.intact.iter().zip(&*next_intact);
-            let gone = gone.map(|(was, is)| u64::from((was & !is).count_ones()));
-            found.broken += gone.sum::<u64>() / 2;
-            found.bonds.intact.copy_from_slice(next_intact);
-            found.dissipated.copy_from_slice(next_dissipated);
-            before.copy_from_slice(&displacement);
+        let under = Under { held: &acting.held, load: &acting.load };
+        let mut balance = Balance::new(plan, workers, bonds, scratch, &under)?;
+        let held = &acting.held;
+        let scale = balance
+            .load_size(&acting.load)
+            .max(loads.map_or(0.0, |loads| balance.load_size(loads)));
+        let scale = scale.max(holding(plan, held, &state.current.force, &acting.load));
+        let ended = balancer(&mut balance, displacement, push.as_deref(), scale);
+        *evaluations += balance.evaluations;
+        match ended? {
+            None => return Ok(Standing::OnItsWay),
+            Some(Ended::Failed(reason)) => return Ok(Standing::Failed(reason)),
+            Some(Ended::Converged { .. }) => *push = None,
         }
-        Ok(Err(Reason::Breaking))
+        // The forces of the equilibrium, and what they break.
+        let scene = plan.scene(workers, bonds, displacement);
+        let breaking = plan.rule.as_ref().map(|rule| {
+            next_dissipated.copy_from_slice(dissipated);
+            let before = Some(&before[..]);
+            Breaking { rule, intact: next_intact, dissipated: next_dissipated, before }
+        });
+        *evaluations += 1;
+        let failed = plan.formulation.force(&scene, scratch, &mut state.next.force, breaking);
+        if let Some(error) = stopped_by_law(plan) {
+            return Err(error);
+        }
+        if let Some(place) = failed {
+            return Ok(Standing::Failed(Reason::NotFinite(place)));
+        }
+        if plan.rule.is_none() || bonds.intact == *next_intact {
+            bonds.keep_records(scratch);
+            return Ok(Standing::Reached);
+        }
+        let gone = bonds.intact.iter().zip(&*next_intact);
+        let gone = gone.map(|(was, is)| u64::from((was & !is).count_ones()));
+        search.broken += gone.sum::<u64>() / 2;
+        bonds.intact.copy_from_slice(next_intact);
+        dissipated.copy_from_slice(next_dissipated);
+        before.copy_from_slice(displacement);
+        if search.breaks == 0 {
+            return Ok(Standing::Failed(Reason::Breaking));
+        }
+        search.breaks -= 1;
+        Ok(Standing::OnItsWay)
     }
 
     /// Makes an equilibrium the state, as a completed step.
-    pub(super) fn accept_equilibrium(&mut self, acting: Acting, found: Found) -> Result<()> {
+    pub(super) fn accept_equilibrium(&mut self, search: Search) -> Result<()> {
+        let Search { acting, bonds: found_bonds, dissipated: lost, broken, displacement, .. } =
+            search;
+        self.state.next.displacement.copy_from_slice(&displacement);
         let work = self.work_of_equilibrium(&acting)?;
         let kinetic = if self.state.ledger.open { self.resting_energy()? } else { 0.0 };
         let Self { state, built, conditions, .. } = self;
@@ -230,7 +257,7 @@ impl Simulation {
             return Ok(());
         };
         if let Some(known) = stable_step {
-            known.is_stale |= found.broken > 0;
+            known.is_stale |= broken > 0;
         }
         let host = state.host_load.as_deref();
         let next = &mut state.next;
@@ -245,8 +272,8 @@ impl Simulation {
         conditions.for_each_ruled(plan.dimension, |ruled| {
             next.acceleration[ruled.component] = 0.0;
         });
-        *bonds = found.bonds;
-        dissipated[0] = found.dissipated;
+        *bonds = found_bonds;
+        dissipated[0] = lost;
         std::mem::swap(&mut state.current, &mut state.next);
         state.ledger.work += work;
         state.ledger.given -= kinetic;

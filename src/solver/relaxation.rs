@@ -48,25 +48,78 @@ pub(crate) struct Seen<'a> {
     pub(crate) energies: &'a mut Vec<f64>,
 }
 
-/// Moves `displacement` to equilibrium; its held components by `push`, if any.
-pub(crate) fn relax(
-    balance: &mut Balance<'_>,
-    goal: &Goal,
-    (displacement, push): (&mut [f64], Option<&[f64]>),
-    seen: &mut Seen<'_>,
-) -> Result<Ended> {
-    let start = memory::copied(displacement, PURPOSE)?;
-    let mut masses = masses(balance, displacement)?;
-    for _ in 0..=DOUBLINGS {
-        displacement.copy_from_slice(&start);
-        match run(balance, goal, (displacement, push), &masses, seen) {
-            Ok(Some(ended)) => return Ok(ended),
-            Ok(None) | Err(Stop::NotFinite(_)) => {}
-            Err(Stop::Error(error)) => return Err(error),
-        }
-        masses.iter_mut().for_each(|mass| *mass *= 2.0);
+/// A relaxation on its way to the equilibrium of a displacement.
+pub(crate) struct Relaxation {
+    /// The displacement at its beginning.
+    start: Vec<f64>,
+    masses: Vec<f64>,
+    doublings: usize,
+    motion: Motion,
+}
+
+/// The damped motion, after so many steps.
+struct Motion {
+    step: usize,
+    velocity: Vec<f64>,
+    residual: Vec<f64>,
+    /// Residual of the step before.
+    before: Vec<f64>,
+    /// The largest residual while held components moved.
+    first: f64,
+    /// The largest energy so far.
+    most: f64,
+}
+
+/// What a step has come to.
+enum Stepped {
+    On,
+    Diverged,
+    Ended(Ended),
+}
+
+impl Relaxation {
+    pub(crate) fn new(balance: &mut Balance<'_>, displacement: &[f64]) -> Result<Self> {
+        Ok(Self {
+            start: memory::copied(displacement, PURPOSE)?,
+            masses: masses(balance, displacement)?,
+            doublings: 0,
+            motion: Motion::new(balance)?,
+        })
     }
-    Ok(Ended::Failed(Reason::Diverged))
+
+    /// Steps that its motion has made with the masses that it has.
+    pub(crate) fn steps(&self) -> usize {
+        self.motion.step
+    }
+
+    /// Moves the displacement by so many steps, its held components by `push`, if any; `None` where there is more to do.
+    pub(crate) fn go_on(
+        &mut self,
+        balance: &mut Balance<'_>,
+        goal: &Goal,
+        (displacement, push): (&mut [f64], Option<&[f64]>),
+        seen: &mut Seen<'_>,
+        steps: usize,
+    ) -> Result<Option<Ended>> {
+        for _ in 0..steps {
+            let Self { start, masses, motion, .. } = self;
+            match motion.step(balance, goal, (displacement, push), (start, masses), seen) {
+                Ok(Stepped::On) => {}
+                Ok(Stepped::Ended(ended)) => return Ok(Some(ended)),
+                Err(Stop::Error(error)) => return Err(error),
+                Ok(Stepped::Diverged) | Err(Stop::NotFinite(_)) => {
+                    if self.doublings == DOUBLINGS {
+                        return Ok(Some(Ended::Failed(Reason::Diverged)));
+                    }
+                    self.doublings += 1;
+                    masses.iter_mut().for_each(|mass| *mass *= 2.0);
+                    displacement.copy_from_slice(start);
+                    *motion = Motion::new(balance)?;
+                }
+            }
+        }
+        Ok(None)
+    }
 }
 
 /// A mass for each point at which a time step of 1 is stable.
@@ -89,53 +142,55 @@ fn masses(balance: &mut Balance<'_>, displacement: &[f64]) -> Result<Vec<f64>> {
     Ok(masses)
 }
 
-/// Until the goal; `None` for a run that diverges.
-fn run(
-    balance: &mut Balance<'_>,
-    goal: &Goal,
-    (displacement, push): (&mut [f64], Option<&[f64]>),
-    masses: &[f64],
-    seen: &mut Seen<'_>,
-) -> Trial<Option<Ended>> {
-    let dimension = balance.plan.dimension;
-    let start = memory::copied(displacement, PURPOSE)?;
-    let mut velocity = balance.space.empty()?;
-    let mut residual = balance.space.empty()?;
-    let mut before = balance.space.empty()?;
-    let (mut first, mut most) = (0.0_f64, 0.0_f64);
-    for step in 0..=goal.steps {
-        let ramped = push.is_none() || step >= goal.ramp;
+impl Motion {
+    fn new(balance: &Balance<'_>) -> Result<Self> {
+        let empty = || balance.space.empty();
+        let (velocity, residual, before) = (empty()?, empty()?, empty()?);
+        Ok(Self { step: 0, velocity, residual, before, first: 0.0, most: 0.0 })
+    }
+
+    fn step(
+        &mut self,
+        balance: &mut Balance<'_>,
+        goal: &Goal,
+        (displacement, push): (&mut [f64], Option<&[f64]>),
+        (start, masses): (&[f64], &[f64]),
+        seen: &mut Seen<'_>,
+    ) -> Trial<Stepped> {
+        let dimension = balance.plan.dimension;
+        let Self { step, velocity, residual, before, first, most } = self;
+        let ramped = push.is_none() || *step >= goal.ramp;
         if let Some(push) = push
-            && (step < goal.ramp || goal.ramp == 0 && step == 0)
+            && (*step < goal.ramp || goal.ramp == 0 && *step == 0)
         {
             let share = 1.0 / goal.ramp.max(1) as f64;
             balance.space.combine(displacement, 1.0, share, push);
         }
-        std::mem::swap(&mut residual, &mut before);
-        let reaction = balance.residual(displacement, &mut residual)?;
-        let size = balance.space.norm(&residual);
+        std::mem::swap(residual, before);
+        let reaction = balance.residual(displacement, residual)?;
+        let size = balance.space.norm(residual);
         let whole = seen.forces.max(reaction);
         let relative = if size == 0.0 { 0.0 } else { size / whole };
-        let kinetic = 0.5 * balance.space.weighted_dot(&velocity, &velocity, |point| masses[point]);
-        most = most.max(kinetic);
-        let energy = if kinetic == 0.0 { 0.0 } else { kinetic / most };
+        let kinetic = 0.5 * balance.space.weighted_dot(velocity, velocity, |point| masses[point]);
+        *most = most.max(kinetic);
+        let energy = if kinetic == 0.0 { 0.0 } else { kinetic / *most };
         // In this order: as many energies as residuals there are, should memory end between.
         memory::push(seen.energies, energy, PURPOSE)?;
         memory::push(seen.residuals, relative, PURPOSE)?;
         if ramped && relative <= goal.tolerance && energy <= goal.energy_tolerance {
-            return Ok(Some(Ended::Converged { iterations: step }));
+            return Ok(Stepped::Ended(Ended::Converged { iterations: *step }));
         }
-        first = first.max(if step <= goal.ramp { size } else { 0.0 });
+        *first = first.max(if *step <= goal.ramp { size } else { 0.0 });
         if !size.is_finite() || size > DIVERGED * first.max(whole) {
-            return Ok(None);
+            return Ok(Stepped::Diverged);
         }
-        let damping = if step == 0 {
+        let damping = if *step == 0 {
             0.0
         } else {
-            let moved = displacement.iter().zip(&start).map(|(is, was)| is - was);
-            damping(moved, [&residual, &before], &velocity, masses, dimension)
+            let moved = displacement.iter().zip(start).map(|(is, was)| is - was);
+            damping(moved, [residual, before], velocity, masses, dimension)
         };
-        let (kept, share) = if step == 0 {
+        let (kept, share) = if *step == 0 {
             (0.0, 0.5)
         } else {
             ((2.0 - damping) / (2.0 + damping), 2.0 / (2.0 + damping))
@@ -144,12 +199,16 @@ fn run(
             *velocity =
                 kept * *velocity + share * residual[component] / masses[component / dimension];
         }
-        balance.space.combine(displacement, 1.0, 1.0, &velocity);
+        balance.space.combine(displacement, 1.0, 1.0, velocity);
         if !largest(displacement).is_finite() {
-            return Ok(None);
+            return Ok(Stepped::Diverged);
         }
+        *step += 1;
+        if *step > goal.steps {
+            return Ok(Stepped::Ended(Ended::Failed(Reason::TooMany)));
+        }
+        Ok(Stepped::On)
     }
-    Ok(Some(Ended::Failed(Reason::TooMany)))
 }
 
 /// Twice the frequency that Rayleigh's quotient of what has moved shows, with the stiffness that each component had in

@@ -105,6 +105,34 @@ static void load_steps_are_told_of_and_can_be_stopped(void)
     EXPECT_OK(perion_simulation_destroy(&simulation));
 }
 
+static void relaxing_is_told_of_and_can_be_stopped(void)
+{
+    perion_simulation *simulation = pulled(1e-3), *other = pulled(1e-3);
+    perion_report report;
+    heard notes = {0, 7};
+    scene_state state;
+
+    perion_report_init(&report, sizeof(perion_report));
+    EXPECT_OK(perion_simulation_evaluate(simulation));
+    state = scene_state_of(simulation);
+    EXPECT_OK(perion_simulation_set_progress(simulation, listen, &notes));
+    EXPECT_REFUSED(PERION_ERROR_INTERRUPTED, "progress",
+                   perion_simulation_relax(simulation, NULL, &report));
+    EXPECT_INT(report.steps, 0);
+    EXPECT_INT(report.residual_count, 7);
+    EXPECT(scene_is(&state, scene_state_of(simulation)));
+    scene_state_free(&state);
+    /* Watched or not, it is the same motion. */
+    notes.calls = notes.stop = 0;
+    EXPECT_OK(perion_simulation_relax(simulation, NULL, &report));
+    EXPECT_INT(report.steps, 1);
+    EXPECT_INT(notes.calls, report.iterations);
+    EXPECT_OK(perion_simulation_relax(other, NULL, NULL));
+    EXPECT(end_of(simulation) == end_of(other));
+    EXPECT_OK(perion_simulation_destroy(&simulation));
+    EXPECT_OK(perion_simulation_destroy(&other));
+}
+
 static void what_nothing_holds_is_told(void)
 {
     perion_simulation *simulation = pulled(1e-3);
@@ -144,6 +172,7 @@ int main(void)
     harness_begin();
     solved_and_relaxed_bars_agree();
     load_steps_are_told_of_and_can_be_stopped();
+    relaxing_is_told_of_and_can_be_stopped();
     what_nothing_holds_is_told();
     areas_that_are_given_make_the_force();
     return harness_end();

@@ -10,10 +10,18 @@ module statics_tests
 
   character(*), parameter :: file = 'statics'
 
+  !> Stops a run after so many steps.
+  type, extends(perion_progress) :: impatient
+    integer(c_int64_t) :: heard = 0, patience = 5
+  contains
+    procedure :: report => impatient_report
+  end type impatient
+
 contains
 
   subroutine test_statics()
     call run(file, 'a plate under traction is solved and relaxed alike', both_ways)
+    call run(file, 'a relaxation can be stopped', stopped)
     call run(file, 'bad options are refused', bad_options)
     call run(file, 'what nothing holds is told, with its residuals', no_equilibrium)
   end subroutine test_statics
@@ -64,6 +72,36 @@ contains
     call solved%destroy()
     call relaxed%destroy()
   end subroutine both_ways
+
+  subroutine impatient_report(self, simulation, done, total, time, stop)
+    class(impatient), intent(inout) :: self
+    type(perion_simulation), intent(in) :: simulation
+    integer(c_int64_t), intent(in) :: done, total
+    real(c_double), intent(in) :: time
+    logical, intent(inout) :: stop
+    real(c_double) :: moved(2)
+
+    call simulation%sum(PERION_FIELD_DISPLACEMENT, moved, 'right')
+    call assert(all(abs(moved) <= 0) .and. abs(time) <= 0, 'the body has changed on the way')
+    call assert(done <= total, 'more steps than there can be')
+    self%heard = done
+    stop = done == self%patience
+  end subroutine impatient_report
+
+  subroutine stopped()
+    type(perion_simulation) :: simulation
+    type(impatient), target :: watcher
+    type(perion_report) :: report
+    type(perion_error), allocatable :: error
+
+    call make_pulled(simulation)
+    call simulation%set_progress(watcher)
+    call simulation%relax(report=report, error=error)
+    call assert_fails(error, PERION_ERROR_INTERRUPTED, 'progress')
+    call assert(watcher%heard == 5 .and. report%steps == 0, 'not stopped after five steps')
+    call assert(size(report%residuals) == 5, 'not five residuals')
+    call simulation%destroy()
+  end subroutine stopped
 
   subroutine bad_options()
     type(perion_simulation) :: simulation

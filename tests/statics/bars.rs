@@ -82,6 +82,7 @@ pub struct PulledBar {
 
 impl PulledBar {
     fn points(&self) -> Points {
+        assert!(self.along % 2 == 1, "a bar of {} points has no middle layer", self.along);
         let [along, across] = [self.along as f64, self.across as f64];
         let mut points = Points::block(3, &[0.0; 3], &[along, across, across], 1.0).unwrap();
         let middle = 0.5 * (along - 1.0);

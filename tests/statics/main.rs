@@ -13,3 +13,4 @@ mod preconditioned;
 mod surface;
 mod traction_bar;
 mod uniform_tension;
+mod watched;

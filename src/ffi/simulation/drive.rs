@@ -9,7 +9,8 @@ use crate::ffi::handle::{self, Session};
 use crate::ffi::status::perion_status;
 use crate::simulation::{LogLevel, Progress, Simulation, stopped};
 
-/// Told after each step: `done` of `total` steps of this run, and the time. It runs on the calling
+/// Told after each step of step and advance, each load step of solve, and each step of the motion of relax: `done` of
+/// `total` of this run, and the time. It runs on the calling
 /// thread with the host's floating-point environment; it must not throw or jump out. It may make const
 /// calls on its simulation, write_vtk and write_series among them; others give ERROR_STATE. A result
 /// other than 0 stops the run (ERROR_INTERRUPTED).
@@ -145,8 +146,8 @@ pub(super) fn run(
     Ok(())
 }
 
-/// Sets the callback that step() tells of its progress, NULL for none; `user` is handed back to it.
-/// Since 0.1.
+/// Sets the callback that step, advance, solve and relax tell of their progress, NULL for none; `user` is handed back to
+/// it. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn perion_simulation_set_progress(
     simulation: *mut perion_simulation,

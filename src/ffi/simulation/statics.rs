@@ -148,10 +148,11 @@ pub unsafe extern "C" fn perion_simulation_solve(
 /// displacements over the first steps. Bonds that the equilibrium would break are broken for good, and the body relaxes
 /// again. The result counts as one completed step, at which the body is at rest; the time stands still. NULL options are
 /// the defaults. The report, unless NULL, tells what was done, also of a run that failed; it may bring room for the
-/// residuals and the energies of the motion.
+/// residuals and the energies of the motion. The progress callback is told of each step of the motion, with the number of steps
+/// that it may take at most as the total, and sees the body as it was; the log is told of the residual every hundred steps.
 ///
 /// ERROR_ARGUMENT: an option out of range, struct_size not set. ERROR_STATE: a velocity is prescribed.
-/// ERROR_CONVERGENCE: the steps did not lead there; the text has reason and residuals. ERROR_INTERRUPTED: a function
+/// ERROR_CONVERGENCE: the steps did not lead there; the text has reason and residuals. ERROR_INTERRUPTED: a callback
 /// stopped. ERROR_MEMORY. A failure leaves the simulation as the last completed step left it. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn perion_simulation_relax(
@@ -166,12 +167,13 @@ pub unsafe extern "C" fn perion_simulation_relax(
         let host = unsafe { HostReport::of(report_or_null, true) }?;
         // SAFETY: as above.
         let mut session = unsafe { Session::begin(simulation) }?;
-        session.with_mut(|hosted| Ok(hosted.free()?.check_relaxing(&options)?))?;
-        let mut report = StaticsReport::default();
-        let done =
-            session.with_mut(|hosted| Ok(hosted.free()?.relax_into(&options, &mut report)?));
+        let mut relaxing =
+            session.with_mut(|hosted| Ok(hosted.free()?.start_relaxing(&options)?))?;
+        let done = run(&mut session, |simulation, single| {
+            simulation.continue_relaxing(&mut relaxing, single)
+        });
         // SAFETY: as above.
-        unsafe { tell(&host, &report) }?;
+        unsafe { tell(&host, relaxing.report()) }?;
         done
     })
 }
