@@ -27,13 +27,17 @@ fn budget() -> SolveOptions {
     }
 }
 
-/// Writes what `picture --series` draws, a row for each bar of these formulations (of all, if none is named) that was solved.
+/// Writes what `picture --series` draws, a row for each bar that was solved, of these formulations and points across (of all, if
+/// none are named).
 pub fn run(path: &Path, chosen: &[String]) {
     let mut table =
         String::from("formulation,points across,horizon over spacing,error (%),forces\n");
-    let is_chosen = |name: &str| chosen.is_empty() || chosen.iter().any(|one| one == name);
-    for formulation in FORMULATIONS.into_iter().filter(|name| is_chosen(name)) {
-        for across in ACROSS {
+    let (numbers, names): (Vec<&String>, Vec<&String>) =
+        chosen.iter().partition(|one| one.parse::<usize>().is_ok());
+    let is_chosen =
+        |known: &[&String], name: &str| known.is_empty() || known.iter().any(|one| *one == name);
+    for formulation in FORMULATIONS.into_iter().filter(|name| is_chosen(&names, name)) {
+        for across in ACROSS.into_iter().filter(|across| is_chosen(&numbers, &across.to_string())) {
             for ratio in RATIOS {
                 print!("{formulation:<32}{across:>4}{ratio:>3}");
                 match solve(formulation, TractionBar { across, ratio }) {

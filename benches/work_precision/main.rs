@@ -2,8 +2,8 @@
 //! resolutions and horizons, on one thread, and writes what they gave into one table, `accuracy.csv`, and for each problem
 //! into one that `examples/picture` draws. `make work-precision PROBLEMS="plane_wave traction_bar"` runs a part.
 //!
-//! `PROBLEMS=traction_bar_horizons` draws errors over the horizon instead, which takes an hour; names of formulations after it
-//! choose some.
+//! `PROBLEMS=traction_bar_horizons` draws errors over the horizon instead, which takes an hour; names of formulations and
+//! numbers of points across after it choose some.
 //!
 //! A formulation goes on to finer bodies as long as the next is not expected to take too long.
 #![allow(clippy::disallowed_methods, clippy::disallowed_macros, clippy::unwrap_used, missing_docs)]
