@@ -97,7 +97,7 @@ impl Simulation {
     ///
     /// # Errors
     /// `Argument` when the model lacks what it needs or holds what does not fit together or to the
-    /// dimension, or the environment's `PERION_SIMD` names no level; `Memory`.
+    /// dimension, or the environment's `PERION_SIMD` names no level or `PERION_NUM_THREADS` no number of threads; `Memory`.
     pub fn new(points: &Points, model: &Model) -> Result<Self> {
         model.check(points.dimension(), points.horizons().is_some())?;
         let points = points.try_clone()?;
@@ -108,7 +108,7 @@ impl Simulation {
             points,
             models,
             model_of: Vec::new(),
-            threads: Workers::default_threads(),
+            threads: Workers::default_threads()?,
             simd: SimdLevel::of_environment()?,
             scene_requests: SceneRequests::default(),
             bond_requests: Vec::new(),

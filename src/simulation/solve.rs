@@ -186,6 +186,14 @@ impl Simulation {
         if run.share >= 1.0 {
             run.report.elastic = self.energy()?.elastic;
         }
+        let StaticsReport { share, evaluations, residuals, .. } = &run.report;
+        let residual = residuals.last().copied().unwrap_or(0.0);
+        self.tell(
+            LogLevel::Information,
+            &format!(
+                "solve: {share:.4} of the way, residual {residual:.2e}, {evaluations} forces so far"
+            ),
+        );
         let left = ((1.0 - run.share) / run.step).ceil().max(0.0) as u64;
         let done = run.report.steps;
         Ok(Some(Progress { done, total: done + left, time: self.state.time }))

@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::error::Result;
+use crate::error::{Result, argument};
 use pool::Pool;
 
 /// Points that are swept by one thread in one go, and summed as one.
@@ -32,6 +32,27 @@ pub(crate) struct Workers {
     pool: Pool,
 }
 
+/// What the environment says. A wrong number for this library is an error, one for OpenMP is left to OpenMP.
+fn threads_by(own: Option<String>, openmp: Option<String>) -> Result<usize> {
+    let number = |text: &str| {
+        let number = text.trim().parse::<usize>().ok()?;
+        (1..=MOST_THREADS).contains(&number).then_some(number)
+    };
+    if let Some(text) = own.filter(|text| !text.trim().is_empty()) {
+        return number(&text).map_or_else(
+            || {
+                argument(format!(
+                    "the environment has PERION_NUM_THREADS={text}; it must be 1 to {MOST_THREADS}"
+                ))
+            },
+            Ok,
+        );
+    }
+    let outer = openmp.and_then(|levels| number(levels.split(',').next()?));
+    let cores = || std::thread::available_parallelism().map_or(1, Into::into);
+    Ok(outer.unwrap_or_else(cores))
+}
+
 impl Workers {
     /// Starts as many threads as are missing to `threads`, the caller's own counted.
     pub(crate) fn new(threads: usize) -> Result<Self> {
@@ -40,16 +61,10 @@ impl Workers {
 
     /// The number of threads that a host gets unless it says otherwise: `PERION_NUM_THREADS`,
     /// `OMP_NUM_THREADS`, else all cores.
-    pub(crate) fn default_threads() -> usize {
-        let from = |name: &str| {
-            let text = std::env::var(name).ok()?;
-            let first = text.split(',').next()?.trim().parse::<usize>().ok()?;
-            (1..=MOST_THREADS).contains(&first).then_some(first)
-        };
-        from("PERION_NUM_THREADS")
-            .or_else(|| from("OMP_NUM_THREADS"))
-            .or_else(|| std::thread::available_parallelism().ok().map(Into::into))
-            .unwrap_or(1)
+    pub(crate) fn default_threads() -> Result<usize> {
+        let of =
+            |name: &str| std::env::var_os(name).map(|text| text.to_string_lossy().into_owned());
+        threads_by(of("PERION_NUM_THREADS"), of("OMP_NUM_THREADS"))
     }
 
     /// Calls `leaf` for each block of points with the part of `outputs` that belongs to it.
@@ -288,6 +303,25 @@ mod tests {
             let workers = Workers::new(threads).unwrap();
             let sum = workers.sum(points, &mut partial, term);
             assert_eq!(sum.to_bits(), expected.to_bits());
+        }
+    }
+
+    #[test]
+    fn the_environment_says_how_many_threads_there_are() {
+        let of = |own: &str, openmp: &str| {
+            let given = |text: &str| (!text.is_empty()).then(|| text.to_owned());
+            threads_by(given(own), given(openmp))
+        };
+        let cores = of("", "").unwrap();
+        assert!(cores >= 1);
+        for (own, openmp, expected) in
+            [("3", "2", 3), (" 3 ", "", 3), ("", "4,2", 4), (" ", "2", 2), ("", "many", cores)]
+        {
+            assert_eq!(of(own, openmp).unwrap(), expected, "'{own}', '{openmp}'");
+        }
+        for wrong in ["many", "0", "-1", "4,2", "1.5", "5000"] {
+            let error = of(wrong, "2").unwrap_err().to_string();
+            assert!(error.contains(&format!("PERION_NUM_THREADS={wrong};")), "{error}");
         }
     }
 
