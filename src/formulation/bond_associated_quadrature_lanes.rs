@@ -209,12 +209,12 @@ impl Baqp {
         &self,
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        let ForceSweep { scene, room, force, breaking } = sweep;
+        let ForceSweep { scene, room, force, breaking, .. } = sweep;
         let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
         let (records, rest) = in_lanes::record::<D>(scene, room.tables);
         let (gradients, rest) = in_lanes::table(rest, count);
         let (left, _) = in_lanes::table::<C>(rest, count);
-        let sweep = Sweep { scene, omega, records };
+        let sweep = Sweep::new(scene, omega, records);
         let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, breaking, |_| true);
         let scene = &in_lanes::remaining(scene, breaking);
         let sweep = Sweep { scene, ..sweep };
@@ -235,7 +235,7 @@ impl Baqp {
         let count = scene.places.len();
         let (records, rest) = in_lanes::record::<D>(scene, room.tables);
         let (gradients, _) = in_lanes::table(rest, count);
-        let sweep = Sweep { scene, omega, records };
+        let sweep = Sweep::new(scene, omega, records);
         let passed = |point| near.is_none_or(|near| near.wants_pass(point));
         let wanted = |point| near.is_none_or(|near| near.wants_energy(point));
         density.fill(0.0);

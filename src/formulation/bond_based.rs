@@ -240,7 +240,7 @@ impl Formulation for BondBased {
             && self.breaks_alike
             && self.surface.is_none()
         {
-            self.calm = Some(Calm::new(scene, reach, self.breaks)?);
+            self.calm = Some(Calm::new(scene, reach, self.breaks, 0)?);
         }
         let Some(Surface { correction, moduli }) = &self.surface else { return Ok(()) };
         let factors = match correction {

@@ -2,7 +2,8 @@
 //! test where no bond can have come close to its limit. Neither changes a bit of the result.
 //!
 //! Of each block of points the box of their displacements is known, and which blocks its bonds can lead to. Ends of a
-//! bond differ by no more than the boxes of these blocks together are wide.
+//! bond differ by no more than the boxes of these blocks together are wide. Where forces come from families of families,
+//! rings of blocks that rest are counted around each.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -91,33 +92,46 @@ pub(super) struct Calm {
     seats: Lists,
     /// No bond that can break is shorter.
     shortest: f64,
-    extents: Mutex<Vec<Extent>>,
+    /// Rings that anyone asks for.
+    most_rings: u8,
+    seen: Mutex<Seen>,
+}
+
+/// Displacements, block by block.
+#[derive(Debug)]
+struct Seen {
+    extents: Vec<Extent>,
+    /// 0 where bonds do not rest, 1 where those of a block do, 2 where those of the blocks that they lead to do as well, and so
+    /// on.
+    rings: Vec<u8>,
 }
 
 impl Calm {
-    /// `reach`: no bond is longer; `breaks`: whether bonds can break.
-    pub(super) fn new(scene: &Scene<'_>, reach: f64, breaks: bool) -> Result<Self> {
+    /// `reach`: no bond is longer; `tests`: whether stretch tests may be left out; `most_rings`: what [`Look`] is asked for.
+    pub(super) fn new(scene: &Scene<'_>, reach: f64, tests: bool, most_rings: u8) -> Result<Self> {
         let points = near(scene.places, reach)?;
         let seats = match &scene.families.lattice {
             Some(lattice) => near_seats(lattice, &points, scene.places.len())?,
             None => Lists::default(),
         };
         let blocks = block_count(scene.places.len());
-        let shortest = if breaks { shortest(scene.workers, scene.families)? } else { 0.0 };
-        let extents = Mutex::new(memory::filled(Extent::NOTHING, blocks, PURPOSE)?);
-        Ok(Self { points, seats, shortest, extents })
+        let shortest = if tests { shortest(scene.workers, scene.families)? } else { 0.0 };
+        let extents = memory::filled(Extent::NOTHING, blocks, PURPOSE)?;
+        let seen = Mutex::new(Seen { extents, rings: memory::filled(0, blocks, PURPOSE)? });
+        Ok(Self { points, seats, shortest, most_rings, seen })
     }
 
     pub(super) fn bytes(&self) -> usize {
-        let extents = self.extents.lock().unwrap_or_else(PoisonError::into_inner);
-        self.points.bytes() + self.seats.bytes() + memory::bytes(&extents)
+        let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let seen = memory::bytes(&seen.extents) + memory::bytes(&seen.rings);
+        self.points.bytes() + self.seats.bytes() + seen
     }
 
     /// Looks at the displacements of a scene.
     pub(super) fn look(&self, scene: &Scene<'_>) -> Look<'_> {
-        let mut extents = self.extents.lock().unwrap_or_else(PoisonError::into_inner);
-        let dimension = scene.dimension;
-        scene.workers.sweep(scene.places.len(), PerBlock(&mut extents[..]), |range, extents| {
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let (dimension, extents) = (scene.dimension, PerBlock(&mut seen.extents[..]));
+        scene.workers.sweep(scene.places.len(), extents, |range, extents| {
             let mut extent = Extent::NOTHING;
             let own = &scene.displacement[range.start * dimension..range.end * dimension];
             for shift in own.chunks_exact(dimension) {
@@ -125,15 +139,17 @@ impl Calm {
             }
             extents.0[0] = extent;
         });
-        Look { calm: self, skips: scene.skips, extents }
+        let mut look = Look { calm: self, skips: scene.skips, seen };
+        look.count_rings();
+        look
     }
 }
 
-/// Displacements, block by block.
+/// What has been seen of a scene.
 pub(super) struct Look<'a> {
     calm: &'a Calm,
     skips: Skips,
-    extents: MutexGuard<'a, Vec<Extent>>,
+    seen: MutexGuard<'a, Seen>,
 }
 
 /// What can be said of the bonds of a block.
@@ -156,10 +172,40 @@ impl Look<'_> {
         self.judge(self.calm.seats.of(first / BLOCK), threshold)
     }
 
+    /// Whether so many rings, two at least, rest around all points of the block that begins with a point.
+    pub(super) fn rest_around_points(&self, first: usize, rings: u8) -> bool {
+        self.seen.rings[first / BLOCK] >= rings
+    }
+
+    /// The same of the block that begins with a seat on the lattice.
+    pub(super) fn rest_around_seats(&self, first: usize, rings: u8) -> bool {
+        let mut blocks = self.calm.seats.of(first / BLOCK).iter();
+        blocks.all(|&block| self.seen.rings[block as usize] >= rings - 1)
+    }
+
+    fn count_rings(&mut self) {
+        if self.calm.most_rings == 0 {
+            return;
+        }
+        for block in 0..self.seen.rings.len() {
+            let rest = self.judge(self.calm.points.of(block), 0.0).rest;
+            self.seen.rings[block] = u8::from(rest);
+        }
+        let rings = &mut self.seen.rings;
+        for ring in 2..=self.calm.most_rings {
+            for block in 0..rings.len() {
+                let mut near = self.calm.points.of(block).iter();
+                if near.all(|&near| rings[near as usize] >= ring - 1) {
+                    rings[block] = ring;
+                }
+            }
+        }
+    }
+
     fn judge(&self, blocks: &[u32], threshold: f64) -> Bonds {
         let mut all = Extent::NOTHING;
         for &block in blocks {
-            all.join(&self.extents[block as usize]);
+            all.join(&self.seen.extents[block as usize]);
         }
         let mut squared = 0.0;
         for [low, high] in all.0 {
@@ -256,11 +302,25 @@ mod tests {
             points.close().unwrap();
         }
         let extents = moved.iter().map(|&ends| Extent([ends, [0.0; 2], [0.0; 2]])).collect();
-        Calm { points, seats: Lists::default(), shortest, extents: Mutex::new(extents) }
+        let seen = Mutex::new(Seen { extents, rings: vec![0; moved.len()] });
+        Calm { points, seats: Lists::default(), shortest, most_rings: 3, seen }
     }
 
     fn look(calm: &Calm) -> Look<'_> {
-        Look { calm, skips: Skips::default(), extents: calm.extents.lock().unwrap() }
+        let seen = calm.seen.lock().unwrap();
+        let mut look = Look { calm, skips: Skips::default(), seen };
+        look.count_rings();
+        look
+    }
+
+    #[test]
+    fn rings_are_counted_around_what_rests() {
+        let mut moved = [[0.5; 2]; 8];
+        moved[7] = [0.5, 0.6];
+        let calm = calm(1.0, &moved);
+        assert_eq!(look(&calm).seen.rings, [3, 3, 3, 3, 2, 1, 0, 0]);
+        let rest = [2, 3].map(|rings| look(&calm).rest_around_points(4 * BLOCK, rings));
+        assert_eq!(rest, [true, false]);
     }
 
     #[test]

@@ -26,6 +26,9 @@ use crate::tensor::{
     trace, zero,
 };
 
+/// A force comes from the families of a point and of those in it.
+pub(super) const RINGS: u8 = 2;
+
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     name: "correspondence",
     description: "correspondence: a material law at the family's own deformation gradient",
@@ -299,6 +302,10 @@ impl Passes for Correspondence {
 
     fn runs_in_lanes(&self, scene: &Scene<'_>) -> bool {
         self.kept.omega(scene, &self.weights).is_some()
+    }
+
+    fn rings(&self, dimension: usize) -> Option<u8> {
+        self.laws.rest_without_stress(dimension).then_some(RINGS)
     }
 
     fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::body::Body;
-use super::correspondence::Correspondence;
+use super::correspondence::{Correspondence, RINGS};
 use super::kept_rows::keep;
 use super::on_lattice::{LatticeState, OnLattice, Parts, masks_as_they_are};
 use super::passes::ForceSweep;
@@ -63,7 +63,8 @@ impl Correspondence {
         (lattice, rows): (&Lattice, &LatticeRows),
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        let ForceSweep { scene, force, breaking, .. } = sweep;
+        let ForceSweep { scene, force, breaking, look: calm, .. } = sweep;
+        let rest = |first, rings| calm.is_some_and(|calm| calm.rest_around_seats(first, rings));
         let omega = self.kept.omega(scene, &self.weights)?;
         let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref());
         let each = kept_width(D, D);
@@ -92,6 +93,9 @@ impl Correspondence {
                 parts.seats,
                 outputs,
                 |range, ((force, left), masks, broke, (numbers, kept_masks))| {
+                    if rest(range.start, RINGS + 1) {
+                        return;
+                    }
                     let sweep = StressSweep {
                         groups,
                         range: range.start / LANES..range.end / LANES,
@@ -149,6 +153,9 @@ impl Correspondence {
             let Parts { groups, seats, masks, forces, left, .. } = parts;
             let left = left.values.map(|column| &*column);
             scene.workers.sweep(seats, (forces, masks), |range, (force, masks)| {
+                if rest(range.start, RINGS) {
+                    return force.0.fill(0.0);
+                }
                 let range = range.start / LANES..range.end / LANES;
                 let (force, masks) = (force.0, &*masks.0);
                 scene.simd.run(PullSweep { groups, left, range, masks, force });

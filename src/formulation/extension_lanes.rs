@@ -9,6 +9,9 @@ use crate::kernel::family::Record;
 use crate::kernel::ordinary_state_based::{Extensions, OtherPull, OwnPull};
 use crate::workers::PerPoint;
 
+/// A force comes from the families of a point and of those in it.
+pub(super) const RINGS: u8 = 2;
+
 /// Numbers of the tables.
 pub(super) fn room(points: usize) -> usize {
     2 * points * size_of::<Record>() / size_of::<f64>() + 2 * in_lanes::SLACK
@@ -20,7 +23,7 @@ pub(super) fn forces<const D: usize, const PER_LENGTH: bool>(
     weights: &Weights,
     pulls: impl Fn(usize, [f64; 2]) -> [f64; 2] + Sync,
 ) -> Option<usize> {
-    let ForceSweep { scene, room, force, breaking } = sweep;
+    let ForceSweep { scene, room, force, breaking, look } = sweep;
     let (omega, count) = (in_lanes::omega(scene, weights)?, scene.places.len());
     let (records, rest) = in_lanes::record::<D>(scene, room.tables);
     let (left, _) = in_lanes::table(rest, count);
@@ -31,6 +34,9 @@ pub(super) fn forces<const D: usize, const PER_LENGTH: bool>(
         let breaking = masks
             .zip(limits)
             .map(|(masks, limits)| in_lanes::break_here(scene, range.start, masks, limits));
+        if in_lanes::rest(look, range.start, RINGS + 1) {
+            return;
+        }
         let (force, left, pulls) = (force.0, left.0, &pulls);
         let sweep = OwnPull::<_, D, PER_LENGTH> { family, pulls, range, force, left, breaking };
         scene.simd.run(sweep);
@@ -39,6 +45,9 @@ pub(super) fn forces<const D: usize, const PER_LENGTH: bool>(
     let family = in_lanes::family(scene, left, omega);
     let bad = AtomicUsize::new(usize::MAX);
     scene.workers.sweep(count, PerPoint(force, D), |range, force| {
+        if in_lanes::rest(look, range.start, RINGS) {
+            return force.0.fill(0.0);
+        }
         let sweep = OtherPull::<D, PER_LENGTH> { family, range, force: force.0 };
         if let Some(point) = scene.simd.run(sweep) {
             bad.fetch_min(point, Ordering::Relaxed);

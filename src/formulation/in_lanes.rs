@@ -3,6 +3,7 @@
 
 use super::Scene;
 use super::body::Weights;
+use super::calm::Look;
 use crate::damage::{BondsView, Breaking};
 use crate::families::{Families, Property};
 use crate::kernel::family::{BreakHere, Family, Limits, Omega, Record};
@@ -99,6 +100,11 @@ pub(super) fn break_here<'a>(
     let (first, remaining) = (offsets[first_point] as usize, masks.values);
     remaining.copy_from_slice(&scene.bonds.intact[first..first + remaining.len()]);
     BreakHere { limits, remaining, first }
+}
+
+/// Whether so many rings rest around the points of a block, which begins with a point.
+pub(super) fn rest(look: Option<&Look<'_>>, first: usize, rings: u8) -> bool {
+    look.is_some_and(|look| look.rest_around_points(first, rings))
 }
 
 /// The scene with the bonds that remain.

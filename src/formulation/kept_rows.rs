@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::body::Weights;
+use super::calm::Look;
 use super::gradient::{Gradient, width};
 use super::{Scene, in_lanes};
 use crate::damage::Breaking;
@@ -80,6 +81,8 @@ pub(super) struct Sweep<'a> {
     pub(super) scene: &'a Scene<'a>,
     pub(super) omega: Omega<'a>,
     pub(super) records: &'a [Record],
+    /// Where a sweep for forces finds nothing to do, and from how many rings of rest on: for the gradients, and at its end.
+    pub(super) rest: Option<(&'a Look<'a>, [u8; 2])>,
 }
 
 impl KeptRows {
@@ -126,7 +129,7 @@ impl KeptRows {
     ) -> Points<'a> {
         let mut guard = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         let Store { numbers, masks: kept_masks } = &mut *guard;
-        let Sweep { scene, omega, .. } = sweep;
+        let Sweep { scene, omega, rest, .. } = sweep;
         let (horizon, each) = (omega.horizon, kept_width(D, SIZE));
         let family = sweep.family();
         let keep = |moments: &Moments, kept: &mut [f64]| {
@@ -144,6 +147,11 @@ impl KeptRows {
                 let breaking = masks
                     .zip(limits)
                     .map(|(masks, limits)| in_lanes::break_here(scene, range.start, masks, limits));
+                if rest
+                    .is_some_and(|(look, [rings, _])| look.rest_around_points(range.start, rings))
+                {
+                    return;
+                }
                 let mut outputs = PointByPoint::new(outputs, range.start);
                 let kept = Kept { numbers: numbers.0, masks: kept_masks.values };
                 let mut finish = |point: usize, kept: &[f64], gradient: &Tensor<D>| {
@@ -313,6 +321,15 @@ pub(super) fn collocate<const D: usize, const SIZE: usize, const C: usize>(
 }
 
 impl<'a> Sweep<'a> {
+    pub(super) fn new(scene: &'a Scene<'a>, omega: Omega<'a>, records: &'a [Record]) -> Self {
+        Self { scene, omega, records, rest: None }
+    }
+
+    /// Of a form whose forces come from so many families, in so many sweeps.
+    pub(super) fn resting(self, look: Option<&'a Look<'a>>, rings: u8, sweeps: u8) -> Self {
+        Self { rest: look.map(|look| (look, [rings + sweeps - 1, rings])), ..self }
+    }
+
     pub(super) fn family(&self) -> Family<'a> {
         in_lanes::family(self.scene, self.records, self.omega)
     }
@@ -325,6 +342,12 @@ impl<'a> Sweep<'a> {
     ) -> Option<usize> {
         let bad = AtomicUsize::new(usize::MAX);
         self.scene.workers.sweep(self.scene.places.len(), PerPoint(force, D), |range, force| {
+            if self
+                .rest
+                .is_some_and(|(look, [_, rings])| look.rest_around_points(range.start, rings))
+            {
+                return force.0.fill(0.0);
+            }
             if let Some(point) = part(range, force.0) {
                 bad.fetch_min(point, Ordering::Relaxed);
             }

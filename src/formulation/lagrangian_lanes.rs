@@ -114,11 +114,11 @@ impl Lagrangian {
     }
 
     pub(super) fn swept_forces<const D: usize>(&self, sweep: ForceSweep<'_, '_>) -> Option<usize> {
-        let ForceSweep { scene, room, force, breaking } = sweep;
+        let ForceSweep { scene, room, force, breaking, .. } = sweep;
         let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
         let (records, rest) = in_lanes::record::<D>(scene, room.tables);
         let (left, _) = in_lanes::table::<PENALTY_ROW>(rest, count);
-        let sweep = Sweep { scene, omega, records };
+        let sweep = Sweep::new(scene, omega, records);
         let kept = &self.swept_rows::<D>(sweep, left, breaking, |_| true);
         let scene = &in_lanes::remaining(scene, breaking);
         let sweep = Sweep { scene, ..sweep };
@@ -168,7 +168,7 @@ impl Lagrangian {
         let (records, rest) = in_lanes::record::<D>(scene, room.tables);
         let (rows, _) = in_lanes::table::<PENALTY_ROW>(rest, count);
         let wanted = |point| near.is_none_or(|near| near.wants_energy(point));
-        let sweep = Sweep { scene, omega, records };
+        let sweep = Sweep::new(scene, omega, records);
         let kept = &self.swept_rows::<D>(sweep, rows, &mut None, wanted);
         let swept = Swept::<D> { lagrangian: self, body: Body::new(scene, &self.weights), kept };
         self.ask_swept(&swept, rows, room.records, near);

@@ -61,6 +61,11 @@ impl Laws {
         self.of.only()
     }
 
+    /// Whether a body that has not been deformed has no stress at all, to the last bit.
+    pub(super) fn rest_without_stress(&self, dimension: usize) -> bool {
+        self.only().is_some_and(|law| law.saint_venant_kirchhoff(dimension).is_some())
+    }
+
     /// Whether any of them has a memory.
     pub(super) fn remember(&self) -> bool {
         self.remember

@@ -122,6 +122,10 @@ impl Passes for MadenciOterkus {
         in_lanes::omega(scene, &self.weights).is_some()
     }
 
+    fn rings(&self, _: usize) -> Option<u8> {
+        Some(extension_lanes::RINGS)
+    }
+
     /// t = w (2 b s + 2 a d theta/L) L, with theta = d sum w L s V.
     fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,

@@ -164,6 +164,10 @@ impl Passes for Lps {
         in_lanes::omega(scene, &self.weights).is_some()
     }
 
+    fn rings(&self, _: usize) -> Option<u8> {
+        Some(extension_lanes::RINGS)
+    }
+
     fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
         sweep: ForceSweep<'_, '_>,

@@ -2,6 +2,7 @@
 
 use super::body::{Body, ByModel, Weights};
 use super::breaking::Near;
+use super::calm::Look;
 use super::laws::Laws;
 use super::surface::Surface;
 use super::{EnergyPart, Kinematics, Scene};
@@ -23,6 +24,8 @@ pub(super) struct ForceSweep<'a, 'b> {
     pub(super) room: Room<'a>,
     pub(super) force: &'a mut [f64],
     pub(super) breaking: &'a mut Option<Breaking<'b>>,
+    /// Where nothing happens, if anything may be left out.
+    pub(super) look: Option<&'a Look<'a>>,
 }
 
 /// A sweep in lanes for a part of the energy per volume, near broken bonds only if `near` says so.
@@ -102,6 +105,12 @@ pub(super) trait Passes: Sized + Send + Sync {
     /// Whether the forces of a scene can be swept in lanes.
     fn runs_in_lanes(&self, _scene: &Scene<'_>) -> bool {
         false
+    }
+
+    /// How many families, one of the other, a force comes from, where a body that rests has none to the last bit; `None` where
+    /// it may.
+    fn rings(&self, _dimension: usize) -> Option<u8> {
+        None
     }
 
     /// Order of the gradients of its sweeps in lanes.

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::{Body, Weights};
 use super::breaking::Near;
+use super::calm::Calm;
 use super::in_lanes::{self, of_size};
 use super::laws::Laws;
 use super::passes::{EnergySweep, ForceSweep, Passes, Room};
@@ -30,6 +31,8 @@ pub(super) struct StateBased<P> {
     bond_constants: Property,
     /// Bonds break at one stretch, if they do.
     breaks_alike: bool,
+    /// What may rest of a body that is swept in lanes.
+    calm: Option<Calm>,
 }
 
 impl<P: Passes> StateBased<P> {
@@ -41,7 +44,7 @@ impl<P: Passes> StateBased<P> {
             },
             "bond constants",
         )?;
-        Ok(Self { passes, bond_constants, breaks_alike: true })
+        Ok(Self { passes, bond_constants, breaks_alike: true, calm: None })
     }
 
     fn passes<const D: usize>(
@@ -119,7 +122,8 @@ impl<P: Passes> StateBased<P> {
         let (passes, (records, tables)) =
             (&self.passes, scratch.split_at_mut(self.records_of(scene)));
         let room = Room { records, tables };
-        let sweep = ForceSweep { scene, room, force, breaking };
+        let look = self.calm.as_ref().map(|calm| calm.look(scene));
+        let sweep = ForceSweep { scene, room, force, breaking, look: look.as_ref() };
         of_size!(scene.dimension, passes.forces_in_lanes(sweep))
     }
 
@@ -318,6 +322,12 @@ impl<P: Passes> Formulation for StateBased<P> {
             self.passes.weights_mut().keep(scene)?;
         }
         self.passes.refer_to(scene)?;
+        if let (true, Some(rings)) = (has_lanes, self.passes.rings(scene.dimension))
+            && let Some(reach) = scene.families.reach.uniform_radius()
+        {
+            // What a sweep leaves is read by others, each a ring further in.
+            self.calm = Some(Calm::new(scene, reach, false, 2 * rings - 1)?);
+        }
         let Some(Surface { correction, moduli }) = self.passes.surface() else { return Ok(()) };
         let factors = match correction {
             SurfaceCorrection::Energy => surface::factors(scene, self, |point| *moduli.at(point)),
@@ -436,6 +446,7 @@ impl<P: Passes> Formulation for StateBased<P> {
     }
 
     fn bytes(&self) -> usize {
-        self.passes.bytes() + self.passes.weights().bytes() + self.bond_constants.bytes()
+        let calm = self.calm.as_ref().map_or(0, Calm::bytes);
+        self.passes.bytes() + self.passes.weights().bytes() + self.bond_constants.bytes() + calm
     }
 }
