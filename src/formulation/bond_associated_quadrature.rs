@@ -279,7 +279,7 @@ impl Passes for Baqp {
         self.kept.refer_to(scene, &self.weights, self.order)
     }
 
-    fn room_of_lanes(&self, points: usize, dimension: usize) -> usize {
+    fn room_of_lanes(&self, points: usize, _: usize, dimension: usize) -> usize {
         let row = 4 * (1 + width(self.order, dimension));
         let tables = size_of::<Record>() / size_of::<f64>() + GRADIENT + row;
         points * tables + 3 * in_lanes::SLACK

@@ -289,7 +289,7 @@ impl Passes for Correspondence {
         self.fits_lattice()
     }
 
-    fn room_of_lanes(&self, points: usize, dimension: usize) -> usize {
+    fn room_of_lanes(&self, points: usize, _: usize, dimension: usize) -> usize {
         let row = match self.is_stabilised() {
             true => PENALTY_ROW,
             false => 4 * (1 + width(self.order, dimension)),

@@ -179,7 +179,7 @@ impl Passes for Lagrangian {
         Ok(())
     }
 
-    fn room_of_lanes(&self, points: usize, _: usize) -> usize {
+    fn room_of_lanes(&self, points: usize, _: usize, _: usize) -> usize {
         points * (size_of::<Record>() / size_of::<f64>() + PENALTY_ROW) + 2 * in_lanes::SLACK
     }
 

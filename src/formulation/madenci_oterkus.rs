@@ -114,7 +114,7 @@ impl Passes for MadenciOterkus {
         &mut self.weights
     }
 
-    fn room_of_lanes(&self, points: usize, _: usize) -> usize {
+    fn room_of_lanes(&self, points: usize, _: usize, _: usize) -> usize {
         extension_lanes::room(points)
     }
 

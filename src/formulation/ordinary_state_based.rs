@@ -156,7 +156,7 @@ impl Passes for Lps {
         Ok(())
     }
 
-    fn room_of_lanes(&self, points: usize, _: usize) -> usize {
+    fn room_of_lanes(&self, points: usize, _: usize, _: usize) -> usize {
         extension_lanes::room(points)
     }
 

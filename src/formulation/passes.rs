@@ -95,7 +95,7 @@ pub(super) trait Passes: Sized + Send + Sync {
     }
 
     /// Numbers of the tables that its sweeps in lanes write aside; 0 where it has none.
-    fn room_of_lanes(&self, _points: usize, _dimension: usize) -> usize {
+    fn room_of_lanes(&self, _points: usize, _blocks: usize, _dimension: usize) -> usize {
         0
     }
 

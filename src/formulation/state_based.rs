@@ -313,7 +313,7 @@ impl<P: Passes> Formulation for StateBased<P> {
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
-        let has_lanes = self.passes.room_of_lanes(1, scene.dimension) > 0;
+        let has_lanes = self.passes.room_of_lanes(1, 1, scene.dimension) > 0;
         if has_lanes {
             self.passes.weights_mut().keep(scene)?;
         }
@@ -340,7 +340,7 @@ impl<P: Passes> Formulation for StateBased<P> {
         let room = if breaks { breaking::room(points, dimension) } else { 0 };
         let records = self.records(points, blocks);
         let passes = points * passes * self.passes.width(dimension) + lanes;
-        records + passes.max(self.passes.room_of_lanes(points, dimension)) + room
+        records + passes.max(self.passes.room_of_lanes(points, blocks, dimension)) + room
     }
 
     fn was_stopped(&self) -> bool {

@@ -7,6 +7,7 @@ pub(crate) mod family;
 pub(crate) mod gradient;
 pub(crate) mod gradient_pull;
 pub(crate) mod lattice;
+pub(crate) mod ordinary_plastic;
 pub(crate) mod ordinary_state_based;
 pub(crate) mod quadrature;
 pub(crate) mod simd;
