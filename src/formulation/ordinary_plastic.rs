@@ -14,15 +14,16 @@ use super::breaking::Near;
 use super::in_lanes;
 use super::ordinary_plastic_lanes;
 use super::ordinary_state_based::{Lps, extension, pulled};
-use super::passes::{EnergySweep, ForceSweep, Passes};
+use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
 use super::state_based::StateBased;
 use super::surface::Surface;
 use super::{Formulation, Kinematics, Materials, Scene};
 use crate::error::Result;
 use crate::families::{Families, LANES};
 use crate::kernel::ordinary_plastic::Extensions;
+use crate::material::Law;
 use crate::memory;
-use crate::tensor::{Tensor, Vector, add_outer, zero};
+use crate::tensor::{Tensor, Vector, add_outer, resized, scaled, zero};
 use crate::workers::{PerPoint, Ragged};
 
 /// A state on the yield surface is there but for this.
@@ -164,11 +165,21 @@ fn split<const D: usize>(
     [inverse, theta]
 }
 
+/// The plastic strain of a point, from sum w p/L xi xi^T V.
+pub(super) fn strain_of<const D: usize>(sum: &Tensor<D>, [inverse, ..]: &State) -> Tensor<3> {
+    scaled(&resized(sum), 7.5 * inverse)
+}
+
 impl PlasticLps {
     /// Y; infinite while the body is stretched to measure its surface.
     fn yield_stress(&self, point: usize) -> f64 {
         let measures = self.elastic.surface.is_some() && self.weights().correction.is_none();
         if measures { f64::INFINITY } else { *self.yield_stress.at(point) }
+    }
+
+    /// For what lies across.
+    pub(super) fn law(&self, point: usize) -> &Law {
+        self.elastic.laws.at(point)
     }
 
     /// Records of a point and its bonds, after the committed ones.
@@ -248,12 +259,11 @@ impl PlasticLps {
         let records = Records::of(body);
         let mut strain = zero();
         for link in body.links(point) {
-            let factor = 7.5 * records.points[point][0] * link.own * link.volume / link.length;
-            let mut bond = [0.0; 3];
-            bond[..D].copy_from_slice(&link.reference);
-            add_outer(&mut strain, factor * records.plastic(link.slot), &bond, &bond);
+            let factor = link.own * link.volume / link.length;
+            let bond = &link.reference;
+            add_outer(&mut strain, factor * records.plastic(link.slot), bond, bond);
         }
-        strain
+        strain_of(&strain, &records.points[point])
     }
 }
 
@@ -315,6 +325,13 @@ impl Passes for PlasticLps {
         sweep: EnergySweep<'_>,
     ) -> bool {
         self.swept_energy::<D>(sweep)
+    }
+
+    fn kinematics_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        sweep: FieldSweep<'_>,
+    ) -> bool {
+        self.swept_fields::<D>(sweep)
     }
 
     fn ask<const D: usize>(
@@ -379,7 +396,7 @@ impl Passes for PlasticLps {
     ) -> Kinematics {
         let tension = |link: &Link<D>| self.tension(body, point, link);
         let [_, dilatation, _, equivalent] = Records::of(body).points[point];
-        let made = Kinematics::of_bonds(body, point, self.elastic.laws.at(point), tension);
+        let made = Kinematics::of_bonds(body, point, self.law(point), tension);
         let plastic = (self.plastic_strain(body, point), equivalent);
         Kinematics { dilatation, ..made }.with_plastic(plastic)
     }

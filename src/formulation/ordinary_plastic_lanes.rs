@@ -2,13 +2,15 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use super::body::Body;
 use super::breaking::Near;
 use super::in_lanes;
-use super::ordinary_plastic::{PlasticLps, Records, State, records_mut};
-use super::passes::{EnergySweep, ForceSweep, Passes};
-use super::{EnergyPart, Scene};
+use super::ordinary_plastic::{PlasticLps, Records, State, records_mut, strain_of};
+use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
+use super::{Asked, EnergyPart, Kinematics, Scene};
 use crate::families::LANES;
 use crate::kernel::family::{Family, Record};
+use crate::kernel::fields::{BondSums, ByLanes, FieldSums};
 use crate::kernel::ordinary_plastic::{PullAlong, Return, Sums};
 use crate::workers::{PerPoint, Ragged};
 
@@ -108,6 +110,36 @@ impl PlasticLps {
         density.fill(0.0);
         let leaves = Leaves { pulls: None, density: Some((density, part)) };
         self.return_in_lanes::<D>(scene, family, near, room.records, leaves);
+        true
+    }
+
+    pub(super) fn swept_fields<const D: usize>(&self, sweep: FieldSweep<'_>) -> bool {
+        let FieldSweep { scene, room, values, width, read } = sweep;
+        let Some(omega) = in_lanes::omega(scene, self.weights()) else { return false };
+        let (records, rest) = in_lanes::record::<D>(scene, room.tables);
+        let pulls = &mut rest[..scene.families.block_count() * LANES];
+        let family = in_lanes::family(scene, records, omega);
+        let leaves = Leaves { pulls: Some(&mut *pulls), density: None };
+        self.return_in_lanes::<D>(scene, family, None, room.records, leaves);
+        let made = Records::new(room.records, scene.families.block_count());
+        let pull = ByLanes { pulls, backs: &self.backs, extensions: made.bonds };
+        let asked = Some(Asked { records: room.records, dissipated: false });
+        let asked = &Scene { asked, ..*scene };
+        let body = &Body::<D>::new(asked, self.weights());
+        scene.workers.sweep(scene.places.len(), PerPoint(values, width), |range, values| {
+            let first = range.start;
+            let finish = |point: usize, sums: &BondSums<f64, D>| {
+                let state = &made.points[point];
+                let [_, dilatation, _, equivalent] = *state;
+                let even = Kinematics::of_sums(sums, self.law(point)).map(|of| {
+                    let plastic = (strain_of(&sums.flowed, state), equivalent);
+                    Kinematics { dilatation, ..of }.with_plastic(plastic)
+                });
+                let made = even.unwrap_or_else(|| self.kinematics_at(body, point, &[]));
+                read(&made, &mut values.0[(point - first) * width..][..width]);
+            };
+            scene.simd.run(FieldSums::<_, _, D> { family, pull, range, finish });
+        });
         true
     }
 }

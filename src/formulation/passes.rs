@@ -4,7 +4,7 @@ use super::body::{Body, ByModel, Weights};
 use super::breaking::Near;
 use super::laws::Laws;
 use super::surface::Surface;
-use super::{EnergyPart, Kinematics, Scene};
+use super::{EnergyPart, Kinematics, Read, Scene};
 use crate::damage::Breaking;
 use crate::error::Result;
 use crate::material::Deformation;
@@ -32,6 +32,15 @@ pub(super) struct EnergySweep<'a> {
     pub(super) density: &'a mut [f64],
     pub(super) part: EnergyPart,
     pub(super) near: Option<&'a Near<'a>>,
+}
+
+/// A sweep in lanes for deformation and stress, of which `read` makes so many numbers a point.
+pub(super) struct FieldSweep<'a> {
+    pub(super) scene: &'a Scene<'a>,
+    pub(super) room: Room<'a>,
+    pub(super) values: &'a mut [f64],
+    pub(super) width: usize,
+    pub(super) read: &'a Read<'a>,
 }
 
 /// The passes of a formulation.
@@ -123,6 +132,14 @@ pub(super) trait Passes: Sized + Send + Sync {
     fn energy_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
         _sweep: EnergySweep<'_>,
+    ) -> bool {
+        false
+    }
+
+    /// Deformation and stress of such a scene. False, and nothing done, where they are not swept in lanes.
+    fn kinematics_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        _sweep: FieldSweep<'_>,
     ) -> bool {
         false
     }

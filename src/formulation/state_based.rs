@@ -9,7 +9,7 @@ use super::body::{Body, Weights};
 use super::breaking::Near;
 use super::in_lanes::{self, of_size};
 use super::laws::Laws;
-use super::passes::{EnergySweep, ForceSweep, Passes, Room};
+use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes, Room};
 use super::surface::Surface;
 use super::{
     Asked, EnergyPart, Formulation, Materials, Read, Scene, breaking, constants, surface,
@@ -236,7 +236,14 @@ impl<P: Passes> StateBased<P> {
         read: &Read<'_>,
     ) {
         let (records, scratch) = scratch.split_at_mut(self.records_of(scene));
-        let (body, count) = (Body::<D>::new(scene, self.passes.weights()), scene.places.len());
+        let (passes, count) = (&self.passes, scene.places.len());
+        let width = values.len() / count;
+        let room = Room { records: &mut *records, tables: &mut *scratch };
+        let sweep = FieldSweep { scene, room, values: &mut *values, width, read };
+        if passes.runs_in_lanes(scene) && of_size!(D, passes.kinematics_in_lanes(sweep)) {
+            return;
+        }
+        let body = Body::<D>::new(scene, self.passes.weights());
         let left = &mut scratch[..count * self.passes.width(D)];
         if self.passes.kinematics_need_pass() {
             self.first_pass(&body, left, None);
@@ -244,7 +251,7 @@ impl<P: Passes> StateBased<P> {
         let scene = self.asked(&body, left, None, records, false);
         let scene = &scene;
         let body = Body::<D>::new(scene, self.passes.weights());
-        let (left, width) = (&*left, values.len() / count);
+        let left = &*left;
         scene.workers.sweep(count, PerPoint(values, width), |range, values| {
             for (values, point) in values.0.chunks_exact_mut(width).zip(range) {
                 read(&self.passes.kinematics_at(&body, point, left), values);

@@ -4,6 +4,7 @@ pub(crate) mod associated;
 pub(crate) mod bond_based;
 pub(crate) mod collocation;
 pub(crate) mod family;
+pub(crate) mod fields;
 pub(crate) mod gradient;
 pub(crate) mod gradient_pull;
 pub(crate) mod lattice;

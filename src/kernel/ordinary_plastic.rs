@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use super::family::Family;
+use super::fields::both_ends;
 use super::simd::{Kernel, Lanes, Simd};
 use crate::families::LANES;
 
@@ -55,8 +56,8 @@ where
             let (from, to) = family.slots(point);
             let old = &old[from / LANES..to / LANES];
             let new = &mut new[(from - start) / LANES..(to - start) / LANES];
-            new.copy_from_slice(old);
             if !wanted(point) {
+                new.copy_from_slice(old);
                 continue;
             }
             let mut pulls = pulls.as_mut().map(|pulls| &mut pulls[from - start..to - start]);
@@ -64,7 +65,8 @@ where
             // Twice where it flows: asked again at this displacement, it answers with the same bits.
             let mut flowed = None;
             loop {
-                let [inverse, theta] = elastic::<S, D>(simd, &family, point, new);
+                let before = if flowed.is_none() { Some(old) } else { None };
+                let [inverse, theta] = elastic::<S, D>(simd, &family, point, before, new);
                 let [kappa, stiffness] = moduli;
                 let pull = [inverse * theta * kappa, inverse * stiffness];
                 let pulls = pulls.as_deref_mut();
@@ -84,20 +86,26 @@ where
     }
 }
 
-/// Sets x of a point's bonds to e - p, and both to 0 where there is none; gives 1/m and theta.
+/// Sets x of a point's bonds to e - p, with p as it was before or as it is, and both to 0 where there is none; gives 1/m
+/// and theta.
 #[inline(always)]
 fn elastic<S: Simd, const D: usize>(
     simd: S,
     family: &Family<'_>,
     point: usize,
+    before: Option<&[Extensions]>,
     extensions: &mut [Extensions],
 ) -> [f64; 2] {
     let own = family.own(simd, point);
     let (mut weighted, mut sum) = (simd.splat(0.0), simd.splat(0.0));
     let (start, end) = family.slots(point);
     for slot in (start..end).step_by(S::WIDTH) {
-        let [plastic, elastic] = &mut extensions[(slot - start) / LANES];
-        let lane = slot % LANES;
+        let (block, lane) = ((slot - start) / LANES, slot % LANES);
+        let [plastic, elastic] = &mut extensions[block];
+        let plastic_before = match before {
+            Some(before) => simd.load(&before[block][0][lane..]),
+            None => simd.load(&plastic[lane..]),
+        };
         let bonds = family.bonds::<S, D>(simd, &own, slot);
         let lengths = bonds.lengths(simd);
         let mask = simd.mask(family.bits(slot));
@@ -105,7 +113,7 @@ fn elastic<S: Simd, const D: usize>(
         let inverse = family.inverse_lengths(simd, slot, &bonds.reference);
         let length = lengths.squared * inverse;
         // A broken bond is forgotten.
-        let kept = simd.load(&plastic[lane..]).only(mask);
+        let kept = plastic_before.only(mask);
         let rest = length.mul_add(at.stretch, simd.splat(0.0) - kept).only(mask);
         kept.store(&mut plastic[lane..]);
         rest.store(&mut elastic[lane..]);
@@ -230,9 +238,7 @@ impl<const D: usize> Kernel for PullAlong<'_, D> {
             for slot in (start..end).step_by(S::WIDTH) {
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
                 let at = bonds.lengths(simd).stretches(simd, &family);
-                let backs = &backs[slot..slot + S::WIDTH];
-                let back = simd.each(|lane| pulls[backs[lane] as usize]);
-                let both = simd.load(&pulls[slot..slot + S::WIDTH]) + back;
+                let both = both_ends(simd, pulls, backs, slot);
                 let pull = (both * bonds.volume * at.shrunk).only(simd.mask(family.bits(slot)));
                 let deformed = bonds.deformed();
                 for axis in 0..D {

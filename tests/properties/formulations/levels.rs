@@ -144,6 +144,31 @@ fn every_level_gives_the_energies_of_single_bonds() {
     }
 }
 
+#[test]
+fn every_level_gives_the_fields_of_single_bonds() {
+    for body in all_bodies() {
+        let moved = body.shaken();
+        for form in forms(body.scene.dimension) {
+            for share in [0.0, 0.3] {
+                let name = format!("{form:?} {share}");
+                let worst = worst_on_every_level(&name, |level| {
+                    let mut simulation = ready(&body, body.simulation(form), level, share);
+                    simulation.set(Field::Displacement, &moved).unwrap();
+                    [
+                        Field::DeformationGradient,
+                        Field::FirstPiolaStress,
+                        Field::VonMisesStress,
+                        Field::Dilatation,
+                    ]
+                    .map(|field| simulation.get(field).unwrap())
+                    .into()
+                });
+                assert!(worst < 1e-11, "{name}: {worst}");
+            }
+        }
+    }
+}
+
 /// Keys and what is chosen for them.
 type Choices = &'static [(&'static str, &'static str)];
 
@@ -307,6 +332,8 @@ fn worst_after_steps(name: &str, body: &Body, mut models: [Model; 2]) -> f64 {
             Field::InternalForce,
             Field::StrainEnergyDensity,
             Field::DissipatedEnergyDensity,
+            Field::CauchyStress,
+            Field::PlasticStrain,
             Field::EquivalentPlasticStrain,
             Field::Damage,
         ]
