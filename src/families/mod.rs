@@ -259,8 +259,7 @@ impl Families {
                 let blocks = self.blocks(point);
                 let first = (blocks.start * LANES).wrapping_add(ahead);
                 let list = &self.neighbors[first..first + blocks.len() * LANES];
-                let place = list.iter().position(|&listed| listed as usize == neighbor)?;
-                blocks.start * LANES + place
+                blocks.start * LANES + position(list.as_chunks().0, neighbor as u32)?
             }
         };
         self.bond(point, &lanes, slot)
@@ -312,6 +311,14 @@ impl Families {
             + self.reach.bytes()
             + self.lattice.as_ref().map_or(0, Lattice::bytes)
     }
+}
+
+/// Where a name stands in a list, looked for block by block.
+fn position(list: &[[u32; LANES]], name: u32) -> Option<usize> {
+    list.iter().enumerate().find_map(|(block, names)| {
+        let found = names.iter().rev().fold(0, |found, &at| found << 1 | u32::from(at == name));
+        (found != 0).then(|| block * LANES + found.trailing_zeros() as usize)
+    })
 }
 
 /// The square of the reference length of a bond; the same bits from both ends.

@@ -18,7 +18,7 @@ use super::correspondence::{add, add_pulls, gradient_at};
 use super::gradient::width;
 use super::kept_rows::KeptRows;
 use super::laws::{Laws, Sites};
-use super::passes::{EnergySweep, ForceSweep, Passes};
+use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
 use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::error::Result;
@@ -213,6 +213,45 @@ impl Baqp {
         (force, through)
     }
 
+    /// F_i, and the mean of the stresses of the bonds: sum (w/omega0_i) P_ij V_j.
+    pub(super) fn shown_by_bonds<const D: usize, N: AsRef<[f64]>>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        left: impl Fn(usize) -> N,
+    ) -> Kinematics {
+        let (mut stress, mut held) = (zero(), 0.0);
+        let (mut plastic, mut equivalent) = (zero(), 0.0);
+        let mut remembered = Across { stretch: 0.0, thickness: 0.0, held: 0.0 };
+        let numbers = left(point);
+        let own = Left { numbers: numbers.as_ref(), dimension: D };
+        Self::each_quadrature(body, point, left, |link, at| {
+            let factor = link.own * own.weight() * link.volume;
+            let answer = self.answer(body, (point, link.slot), link.neighbor, &at.deformation);
+            stress = sum(&stress, &scaled(&answer.stress, factor));
+            let ends = [
+                (point, link.slot),
+                (link.neighbor, self.back(body, (point, link.slot), link.neighbor)),
+            ];
+            let across = ends.map(|(end, site)| self.laws.across(body, end, site, &at.deformation));
+            let (strain, amount) = self.laws.plastic(body, point, link.slot);
+            plastic = sum(&plastic, &scaled(&strain, factor));
+            equivalent += factor * amount;
+            held += 0.5 * factor * (across[0].held + across[1].held);
+            remembered.stretch += factor * across[0].stretch;
+            remembered.thickness += factor * across[0].thickness;
+        });
+        let (gradient, span) = (own.gradient(), own.span());
+        let deformation = Deformation { gradient, span, rank: own.rank() };
+        // The law of a point answers its own gradient too; one with a memory has been asked at the bonds alone.
+        let across = match self.laws.at(point) {
+            law if law.has_memory() && own.weight() > 0.0 => Across { held, ..remembered },
+            law => Across { held, ..law.across(&deformation) },
+        };
+        let made = Kinematics::new(&deformation, &product(&stress, &span), across);
+        made.with_plastic((plastic, equivalent))
+    }
+
     /// Energy and stress of a bond: the mean of the laws of its ends.
     pub(super) fn answer<const D: usize>(
         &self,
@@ -279,7 +318,7 @@ impl Passes for Baqp {
         self.kept.refer_to(scene, &self.weights, self.order)
     }
 
-    fn room_of_lanes(&self, points: usize, dimension: usize) -> usize {
+    fn room_of_lanes(&self, points: usize, _: usize, dimension: usize) -> usize {
         let row = 4 * (1 + width(self.order, dimension));
         let tables = size_of::<Record>() / size_of::<f64>() + GRADIENT + row;
         points * tables + 3 * in_lanes::SLACK
@@ -305,6 +344,13 @@ impl Passes for Baqp {
         sweep: EnergySweep<'_>,
     ) -> bool {
         self.swept_energy::<D, SIZE>(sweep)
+    }
+
+    fn kinematics_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        sweep: FieldSweep<'_>,
+    ) -> bool {
+        self.swept_fields::<D, SIZE>(sweep)
     }
 
     fn width(&self, dimension: usize) -> usize {
@@ -404,44 +450,13 @@ impl Passes for Baqp {
         gradient.shape.rank < D || gradient.lowered
     }
 
-    /// F_i, and the mean of the stresses of the bonds: sum (w/omega0_i) P_ij V_j.
     fn kinematics_at<const D: usize>(
         &self,
         body: &Body<'_, D>,
         point: usize,
         scratch: &[f64],
     ) -> Kinematics {
-        let own = self.left(scratch, point, D);
-        let (mut stress, mut held) = (zero(), 0.0);
-        let (mut plastic, mut equivalent) = (zero(), 0.0);
-        let mut remembered = Across { stretch: 0.0, thickness: 0.0, held: 0.0 };
-        for link in body.links(point) {
-            let other = self.left(scratch, link.neighbor, D);
-            let at = Self::quadrature(&link, &own, &other);
-            let factor = link.own * own.weight() * link.volume;
-            let answer = self.answer(body, (point, link.slot), link.neighbor, &at.deformation);
-            stress = sum(&stress, &scaled(&answer.stress, factor));
-            let ends = [
-                (point, link.slot),
-                (link.neighbor, self.back(body, (point, link.slot), link.neighbor)),
-            ];
-            let across = ends.map(|(end, site)| self.laws.across(body, end, site, &at.deformation));
-            let (strain, amount) = self.laws.plastic(body, point, link.slot);
-            plastic = sum(&plastic, &scaled(&strain, factor));
-            equivalent += factor * amount;
-            held += 0.5 * factor * (across[0].held + across[1].held);
-            remembered.stretch += factor * across[0].stretch;
-            remembered.thickness += factor * across[0].thickness;
-        }
-        let (gradient, span) = (own.gradient(), own.span());
-        let deformation = Deformation { gradient, span, rank: own.rank() };
-        // The law of a point answers its own gradient too; one with a memory has been asked at the bonds alone.
-        let across = match self.laws.at(point) {
-            law if law.has_memory() && own.weight() > 0.0 => Across { held, ..remembered },
-            law => Across { held, ..law.across(&deformation) },
-        };
-        let made = Kinematics::new(&deformation, &product(&stress, &span), across);
-        made.with_plastic((plastic, equivalent))
+        self.shown_by_bonds(body, point, |point| self.left(scratch, point, D).numbers)
     }
 
     fn bytes(&self) -> usize {

@@ -10,16 +10,17 @@ use super::body::Body;
 use super::bond_associated_quadrature::{Baqp, MOST_LEFT, before_rows};
 use super::correspondence::gradient_at;
 use super::kept_rows::{Order, Point, Points, Sweep, leave, pull};
-use super::passes::{EnergySweep, ForceSweep, Passes};
-use super::{Asked, EnergyPart, Scene, in_lanes};
+use super::kinematics::Kinematics;
+use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
+use super::{Asked, EnergyPart, Read, Scene, in_lanes};
 use crate::damage::Breaking;
 use crate::families::LANES;
 use crate::kernel::family::{Record, Table};
 use crate::kernel::quadrature::{
-    BondByBond, BondEnergies, BondLaw, BondStresses, Middles, odd_place, weight_place,
+    BondByBond, BondLaw, BondMeans, BondStresses, Middles, odd_place, weight_place,
 };
-use crate::material::{Answer, Deformation};
-use crate::tensor::{Tensor, Vector, identity, zero};
+use crate::material::{Across, Answer, Deformation};
+use crate::tensor::{self, Tensor, Vector, identity, zero};
 use crate::workers::{PerPoint, Ragged};
 
 /// Numbers of a row of the table of gradients.
@@ -154,7 +155,7 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
         let scene = self.body.scene;
         scene.workers.sweep(scene.places.len(), PerPoint(density, 1), |range, density| {
             let first = range.start;
-            let finish = |point: usize, energy: f64, odd: bool| {
+            let finish = |point: usize, energy: f64, _: &_, odd: bool| {
                 let own = || {
                     let weight = self.kept.at::<D, SIZE>(point).inverse_weight();
                     weight * self.baqp.held(&self.body, point, |point| self.left(point))
@@ -162,7 +163,45 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
                 density.0[point - first] = if odd { own() } else { energy };
             };
             let middles = self.middles;
-            scene.simd.run(BondEnergies { middles, law, range, wanted: &wanted, finish });
+            let wanted = &wanted;
+            scene.simd.run(BondMeans::<_, _, _, false, D, _> {
+                middles,
+                law,
+                range,
+                wanted,
+                finish,
+            });
+        });
+    }
+
+    /// Deformation and stress; `law` gives the stress across in the place of the energy.
+    fn fields(
+        &self,
+        law: impl BondLaw<D> + Copy + Sync,
+        PerPoint(values, width): PerPoint<'_, f64>,
+        read: &Read<'_>,
+    ) {
+        let scene = self.body.scene;
+        scene.workers.sweep(scene.places.len(), PerPoint(values, width), |range, values| {
+            let first = range.start;
+            let finish = |point: usize, held: f64, stress: &Tensor<D>, odd: bool| {
+                let shown = if odd {
+                    self.baqp.shown_by_bonds(&self.body, point, |point| self.left(point))
+                } else {
+                    let deformation = Deformation::whole(&tensor::read(&self.gradients[point]));
+                    let across = self.baqp.laws.at(point).across(&deformation);
+                    Kinematics::new(&deformation, stress, Across { held, ..across })
+                };
+                read(&shown, &mut values.0[(point - first) * width..][..width]);
+            };
+            let (middles, wanted) = (self.middles, |_| true);
+            scene.simd.run(BondMeans::<_, _, _, true, D, _> {
+                middles,
+                law,
+                range,
+                wanted,
+                finish,
+            });
         });
     }
 }
@@ -251,6 +290,41 @@ impl Baqp {
         };
         self.with_answers(sweep, gradients, kept, (room.records, dissipated), passed, then);
         true
+    }
+
+    pub(super) fn swept_fields<const D: usize, const SIZE: usize>(
+        &self,
+        sweep: FieldSweep<'_>,
+    ) -> bool {
+        let FieldSweep { scene, room, values, width, read } = sweep;
+        let Some(omega) = self.kept.omega(scene, &self.weights) else { return false };
+        // What laws with memory have across and of plastic strain is asked bond by bond.
+        if self.laws.remember() {
+            return false;
+        }
+        let (records, rest) = in_lanes::record::<D>(scene, room.tables);
+        let (gradients, _) = in_lanes::table(rest, scene.places.len());
+        let sweep = Sweep { scene, omega, records };
+        let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, &mut None, |_| true);
+        let values = PerPoint(values, width);
+        let then = |swept: &Swept<'_, D, SIZE>| match self.stress(D) {
+            // Nothing lies across a body in space.
+            Some(law) if D == 3 => swept.fields(law, values, read),
+            _ => swept.fields(self.bond_law_across(swept.body), values, read),
+        };
+        self.with_answers(sweep, gradients, kept, (room.records, false), |_| true, then);
+        true
+    }
+
+    /// As [`Baqp::bond_law`] of laws without memory, with the stress across in the place of the energy.
+    fn bond_law_across<const D: usize>(&self, body: Body<'_, D>) -> impl BondLaw<D> + Copy + Sync {
+        BondByBond(move |point, slot, neighbor, gradient: &Tensor<D>| {
+            let deformation = Deformation::whole(gradient);
+            let Answer { stress, .. } = self.answer(&body, (point, slot), neighbor, &deformation);
+            let [own, other] =
+                [point, neighbor].map(|end| self.laws.at(end).across(&deformation).held);
+            (0.5 * (own + other), stress)
+        })
     }
 
     /// Calls `then` when the laws of the points that are wanted have been asked, if they have a memory.

@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use super::body::{Body, ByModel, Link, Weights};
-use super::bond_forces::{self, BondForces, energies};
+use super::bond_forces::{self, BondForces, energies, fields};
 use super::bond_laws::{Alike, Common, Limits, Various, close_to};
 use super::calm::Calm;
 use super::constants;
@@ -181,11 +181,12 @@ impl BondBased {
     fn read_kinematics<const D: usize>(
         &self,
         scene: &Scene<'_>,
+        scratch: &mut [f64],
         values: &mut [f64],
         read: &Read<'_>,
     ) {
-        let (body, count) = (Body::<D>::new(scene, &self.weights), scene.places.len());
-        let width = values.len() / count;
+        let body = Body::<D>::new(scene, &self.weights);
+        let width = values.len() / scene.places.len();
         let tension = |point: usize, link: &Link<D>| {
             let (own, other) =
                 (self.bond_constants.at(point), self.bond_constants.at(link.neighbor));
@@ -195,12 +196,22 @@ impl BondBased {
             let stiffness = 0.5 * (own * link.own * of_own + other * link.other * of_other);
             (stiffness * extension / link.length, now)
         };
-        scene.workers.sweep(count, PerPoint(values, width), |range, values| {
-            for (values, point) in values.0.chunks_exact_mut(width).zip(range) {
-                let (law, tension) = (self.laws.at(point), |link: &Link<D>| tension(point, link));
-                read(&Kinematics::of_bonds(&body, point, law, tension), values);
-            }
+        let give = |point: usize, sums: &_, values: &mut [f64]| {
+            let (law, tension) = (self.laws.at(point), |link: &Link<D>| tension(point, link));
+            let even = Kinematics::of_sums(sums, law);
+            let made = even.unwrap_or_else(|| Kinematics::of_bonds(&body, point, law, tension));
+            read(&made, values);
+        };
+        let alike = scene.bonds.integrity.is_none() && scene.families.reach.is_sharp_and_uniform();
+        let counts = (!alike).then_some(|point: usize, bond: Bond| {
+            let integrity = scene.bonds.integrity.map_or(1.0, |values| values[bond.slot]);
+            integrity * self.weights.own(scene, point, bond)
         });
+        let values = PerPoint(values, width);
+        match self.alike(scene, None) {
+            Some(law) => fields::<D>(scene, law, counts, scratch, values, give),
+            None => fields::<D>(scene, self.various(scene, None), counts, scratch, values, give),
+        }
     }
 
     fn sum_over_bonds(
@@ -310,10 +321,16 @@ impl Formulation for BondBased {
         }
     }
 
-    fn kinematics(&self, scene: &Scene<'_>, _: &mut [f64], values: &mut [f64], read: &Read<'_>) {
+    fn kinematics(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &mut [f64],
+        values: &mut [f64],
+        read: &Read<'_>,
+    ) {
         match scene.dimension {
-            3 => self.read_kinematics::<3>(scene, values, read),
-            _ => self.read_kinematics::<2>(scene, values, read),
+            3 => self.read_kinematics::<3>(scene, scratch, values, read),
+            _ => self.read_kinematics::<2>(scene, scratch, values, read),
         }
     }
 

@@ -8,9 +8,11 @@ use super::bond_laws::Various;
 use super::calm::Look;
 use super::on_lattice::{OnLattice, Parts};
 use crate::damage::Breaking;
+use crate::families::Bond;
 use crate::families::LANES;
 use crate::families::lattice::NOBODY;
-use crate::kernel::bond_based::{BondLaw, Cloud, EnergySweep, ForceSweep, Record};
+use crate::kernel::bond_based::{BondLaw, Cloud, EnergySweep, FieldSweep, ForceSweep, Record};
+use crate::kernel::fields::BondSums;
 use crate::kernel::lattice::{BondSweep, Breaks};
 use crate::workers::{PerPoint, Ragged};
 
@@ -134,6 +136,33 @@ pub(super) fn energies<const D: usize>(
             scene.simd.run(EnergySweep::<_, true, D> { cloud, law, range, density });
         } else {
             scene.simd.run(EnergySweep::<_, false, D> { cloud, law, range, density });
+        }
+    });
+}
+
+/// Gives the sums of which fields are made to `give`, of all points. `counts`: what a bond counts in the deformation of its
+/// point, where that is not 1.
+pub(super) fn fields<const D: usize>(
+    scene: &Scene<'_>,
+    law: impl BondLaw,
+    counts: Option<impl Fn(usize, Bond) -> f64 + Sync>,
+    scratch: &mut [f64],
+    values: PerPoint<'_, f64>,
+    give: impl Fn(usize, &BondSums<f64, D>, &mut [f64]) + Sync,
+) {
+    let records = records_of::<true, D>(scene, scratch);
+    let cloud = Cloud::new(scene.families, records, scene.bonds.intact);
+    let has_steps = scene.families.lattice.is_some();
+    scene.workers.sweep(scene.places.len(), values, |range, PerPoint(values, width)| {
+        let first = range.start;
+        let counts = counts.as_ref();
+        let finish = |point: usize, sums: &_| {
+            give(point, sums, &mut values[(point - first) * width..][..width]);
+        };
+        if has_steps {
+            scene.simd.run(FieldSweep::<_, _, _, true, D> { cloud, law, counts, range, finish });
+        } else {
+            scene.simd.run(FieldSweep::<_, _, _, false, D> { cloud, law, counts, range, finish });
         }
     });
 }

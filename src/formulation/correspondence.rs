@@ -14,7 +14,7 @@ use super::correspondence_lattice::LatticeRows;
 use super::gradient::{Gradient, MOST, monomials, width};
 use super::kept_rows::KeptRows;
 use super::laws::{Laws, Sites};
-use super::passes::{EnergySweep, ForceSweep, Passes};
+use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
 use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::error::Result;
@@ -292,7 +292,7 @@ impl Passes for Correspondence {
         self.fits_lattice()
     }
 
-    fn room_of_lanes(&self, points: usize, dimension: usize) -> usize {
+    fn room_of_lanes(&self, points: usize, _: usize, dimension: usize) -> usize {
         let row = match self.is_stabilised() {
             true => PENALTY_ROW,
             false => 4 * (1 + width(self.order, dimension)),
@@ -330,6 +330,13 @@ impl Passes for Correspondence {
         sweep: EnergySweep<'_>,
     ) -> bool {
         self.swept_energy::<D, SIZE>(sweep)
+    }
+
+    fn kinematics_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        sweep: FieldSweep<'_>,
+    ) -> bool {
+        self.swept_fields::<D, SIZE>(sweep)
     }
 
     /// P rows (with strong divergence: P and rows), and C and H with a penalty.

@@ -9,12 +9,12 @@ use super::gradient::Gradient;
 use super::kept_rows::{
     Order, Point, Points, Sweep, collocate, leave, leave_penalty, pull, pull_with_penalty,
 };
-use super::passes::{EnergySweep, ForceSweep, Passes};
+use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
 use super::{Asked, EnergyPart, Scene, in_lanes};
 use crate::kernel::family::Record;
 use crate::kernel::gradient::UnseenSweep;
 use crate::material::{Answer, Deformation};
-use crate::tensor::{Tensor, Vector, contracted, difference, product, read, zero};
+use crate::tensor::{self, Tensor, Vector, contracted, difference, product, read, zero};
 use crate::workers::{Outputs, PerPoint, PointByPoint};
 
 /// Numbers of a row that other ends of bonds read where there is a penalty.
@@ -297,6 +297,60 @@ impl Correspondence {
             if wanted(point) {
                 density.0[0] = self.own(body, point).answer.energy;
             }
+        });
+        true
+    }
+
+    pub(super) fn swept_fields<const D: usize, const SIZE: usize>(
+        &self,
+        sweep: FieldSweep<'_>,
+    ) -> bool {
+        let FieldSweep { scene, room, values, width, read } = sweep;
+        let Some(omega) = self.kept.omega(scene, &self.weights) else { return false };
+        let count = scene.places.len();
+        let (records, rest) = in_lanes::record::<D>(scene, room.tables);
+        let sweep = Sweep { scene, omega, records };
+        let shown = |body: &Body<'_, D>, point: usize, gradient: &Tensor<D>, values: &mut [f64]| {
+            let deformation = Deformation::whole(gradient);
+            let answer = self.laws.answer(body, point, point, &deformation);
+            read(&self.laws.kinematics(body, point, &deformation, &answer), values);
+        };
+        let outputs = PerPoint(&mut *values, width);
+        let (kept, asked) = if self.laws.remember() {
+            let (gradients, _) = in_lanes::table::<9>(rest, count);
+            let kept = self.asked_in_lanes::<D, SIZE, _>(
+                sweep,
+                room.records,
+                None,
+                PerPoint(&mut *gradients, 1),
+                |gradient, row| row.0[0][..D * D].copy_from_slice(gradient.as_flattened()),
+            );
+            let asked = Some(Asked { records: room.records, dissipated: false });
+            let asked = Scene { asked, ..*scene };
+            let body = &Body::new(&asked, &self.weights);
+            scene.workers.sweep(count, outputs, |range, values| {
+                for (values, point) in values.0.chunks_exact_mut(width).zip(range) {
+                    if kept.at::<D, SIZE>(point).spans() {
+                        shown(body, point, &tensor::read(&gradients[point]), values);
+                    }
+                }
+            });
+            (kept, asked)
+        } else {
+            let body = &Body::new(scene, &self.weights);
+            let kept = self.kept.sweep::<D, SIZE, _>(
+                self.order(),
+                sweep,
+                &mut None,
+                outputs,
+                |_| true,
+                |point, _, gradient, values| shown(body, point, gradient, values.0),
+            );
+            (kept, *scene)
+        };
+        let body = &Body::<D>::new(&asked, &self.weights);
+        kept.odd::<D, SIZE, _>(scene, PerPoint(values, width), |point, _, values| {
+            read(&self.kinematics_at(body, point, &[]), values.0);
         });
         true
     }

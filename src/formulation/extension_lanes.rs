@@ -2,11 +2,14 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::body::Weights;
-use super::in_lanes;
-use super::passes::{EnergySweep, ForceSweep};
-use crate::kernel::family::Record;
+use super::body::{Body, ByModel, Link, Weights};
+use super::ordinary_state_based::extension;
+use super::passes::{EnergySweep, FieldSweep, ForceSweep};
+use super::{Kinematics, in_lanes};
+use crate::kernel::family::{Record, Table};
+use crate::kernel::fields::{ByPoints, FieldSums};
 use crate::kernel::ordinary_state_based::{Extensions, OtherPull, OwnPull};
+use crate::material::Law;
 use crate::workers::PerPoint;
 
 /// A force comes from the families of a point and of those in it.
@@ -75,6 +78,57 @@ pub(super) fn energies<const D: usize, const PER_LENGTH: bool>(
             density.0[point - first] = energy(point, sums, squares);
         };
         scene.simd.run(Extensions::<_, _, D, PER_LENGTH> { family, range, wanted, finish });
+    });
+    true
+}
+
+/// Where a row of the table of points has the dilatation, behind a and b.
+const DILATATION: usize = 2;
+
+/// Deformation and stress of such a scene; `pulls`: a, b and the dilatation of a point, from its sums.
+pub(super) fn fields<const D: usize, const PER_LENGTH: bool>(
+    sweep: FieldSweep<'_>,
+    weights: &Weights,
+    laws: &ByModel<Law>,
+    pulls: impl Fn(usize, [f64; 2]) -> [f64; 3] + Sync,
+) -> bool {
+    let FieldSweep { scene, room, values, width, read } = sweep;
+    let Some(omega) = in_lanes::omega(scene, weights) else { return false };
+    let count = scene.places.len();
+    let (records, rest) = in_lanes::record::<D>(scene, room.tables);
+    let (rows, _) = in_lanes::table::<4>(rest, count);
+    let family = in_lanes::family(scene, records, omega);
+    scene.workers.sweep(count, PerPoint(&mut *rows, 1), |range, rows| {
+        let first = range.start;
+        let finish = |point: usize, sums: [f64; 2], _| {
+            let [a, b, dilatation] = pulls(point, sums);
+            rows.0[point - first] = [a, b, dilatation, 0.0];
+        };
+        let wanted = |_| true;
+        scene.simd.run(Extensions::<_, _, D, PER_LENGTH> { family, range, wanted, finish });
+    });
+    let (rows, body) = (&*rows, &Body::<D>::new(scene, weights));
+    // |t_ij| + |t_ji| of a bond, and its deformed length.
+    let tension = |point: usize, link: &Link<D>| {
+        let (extension, now) = extension(link);
+        let pull = |point: usize| {
+            let [a, b, ..] = rows[point];
+            a * extension + if PER_LENGTH { b } else { b * link.length }
+        };
+        (link.own * pull(point) + link.other * pull(link.neighbor), now)
+    };
+    let pull = ByPoints::<PER_LENGTH>(Table::new(&family, rows));
+    scene.workers.sweep(count, PerPoint(values, width), |range, values| {
+        let first = range.start;
+        let finish = |point: usize, sums: &_| {
+            let law = laws.at(point);
+            let made = Kinematics::of_sums(sums, law).unwrap_or_else(|| {
+                Kinematics::of_bonds(body, point, law, |link| tension(point, link))
+            });
+            let made = Kinematics { dilatation: rows[point][DILATATION], ..made };
+            read(&made, &mut values.0[(point - first) * width..][..width]);
+        };
+        scene.simd.run(FieldSums::<_, _, D> { family, pull, range, finish });
     });
     true
 }

@@ -94,6 +94,11 @@ impl<const D: usize> Shape<D> {
         shape
     }
 
+    /// Whether all directions are spanned alike, so that the rounding of a gradient is of no account.
+    pub(super) fn is_round(&self) -> bool {
+        self.round
+    }
+
     fn full(tensor: &Tensor<D>, round: bool) -> Self {
         let inverse = inverse(tensor);
         Self { inverse, steep_inverse: inverse, span: identity(), rank: D, round }

@@ -7,6 +7,8 @@
 
 use super::body::{Body, Link};
 use super::correspondence::gradient_at;
+use super::gradient::Shape;
+use crate::kernel::fields::BondSums;
 use crate::material::{Across, Deformation, Law, completed};
 use crate::tensor::{
     Tensor, add_outer, contracted, determinant, difference, identity, product, resized, scaled,
@@ -113,8 +115,26 @@ impl Kinematics {
             }
         }
         let stress = product(&stress, &shape.span);
-        let across = law.across_bonds(&deformation, contracted(&stress, &deformation.full()));
-        Self::new(&deformation, &stress, across)
+        Self::of_pulls(&deformation, &stress, law)
+    }
+
+    /// The same from sums over the bonds; `None` where the family does not span all directions alike.
+    pub(super) fn of_sums<const D: usize>(sums: &BondSums<f64, D>, law: &Law) -> Option<Self> {
+        let shape = Shape::new(&sums.shape);
+        if !shape.is_round() {
+            return None;
+        }
+        let deformation = Deformation::whole(&product(&sums.moved, &shape.inverse));
+        Some(Self::of_pulls(&deformation, &scaled(&sums.pulled, 0.5), law))
+    }
+
+    fn of_pulls<const D: usize>(
+        deformation: &Deformation<D>,
+        stress: &Tensor<D>,
+        law: &Law,
+    ) -> Self {
+        let across = law.across_bonds(deformation, contracted(stress, &deformation.full()));
+        Self::new(deformation, stress, across)
     }
 
     /// F

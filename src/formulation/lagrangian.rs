@@ -17,7 +17,7 @@ use super::kept_rows::KeptRows;
 use super::kinematics::Kinematics;
 use super::laws::{Laws, Sites};
 use super::operators::Moments;
-use super::passes::{EnergySweep, ForceSweep, Passes};
+use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
 use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Materials, Scene, in_lanes};
 use crate::error::Result;
@@ -112,6 +112,15 @@ impl Lagrangian {
         Own { deformation, answer, undeformed, deformed }
     }
 
+    pub(super) fn shown<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+        own: &Own<D>,
+    ) -> Kinematics {
+        self.laws.kinematics(body, point, &own.deformation, &own.answer)
+    }
+
     /// Leaves what bonds are multiplied by; with strong divergence stress and J too.
     pub(super) fn leave<const D: usize>(&self, own: &Own<D>, scratch: &mut [f64]) {
         let square = D * D;
@@ -179,7 +188,7 @@ impl Passes for Lagrangian {
         Ok(())
     }
 
-    fn room_of_lanes(&self, points: usize, _: usize) -> usize {
+    fn room_of_lanes(&self, points: usize, _: usize, _: usize) -> usize {
         points * (size_of::<Record>() / size_of::<f64>() + PENALTY_ROW) + 2 * in_lanes::SLACK
     }
 
@@ -199,6 +208,13 @@ impl Passes for Lagrangian {
         sweep: EnergySweep<'_>,
     ) -> bool {
         self.swept_energy::<D>(sweep)
+    }
+
+    fn kinematics_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        sweep: FieldSweep<'_>,
+    ) -> bool {
+        self.swept_fields::<D>(sweep)
     }
 
     /// What bonds are multiplied by; with strong divergence stress and J too.
@@ -259,8 +275,7 @@ impl Passes for Lagrangian {
         point: usize,
         _: &[f64],
     ) -> Kinematics {
-        let own = self.own(body, point);
-        self.laws.kinematics(body, point, &own.deformation, &own.answer)
+        self.shown(body, point, &self.own(body, point))
     }
 
     fn is_degenerate<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> bool {

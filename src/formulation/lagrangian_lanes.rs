@@ -11,7 +11,7 @@ use super::correspondence_lanes::PENALTY_ROW;
 use super::kept_rows::{Order, Point, Points, Sweep, collocate, leave_penalty, pull_with_penalty};
 use super::lagrangian::{Lagrangian, Own};
 use super::operators::Moments;
-use super::passes::{EnergySweep, ForceSweep};
+use super::passes::{EnergySweep, FieldSweep, ForceSweep, Room};
 use super::{Asked, EnergyPart, Scene, in_lanes};
 use crate::damage::Breaking;
 use crate::kernel::gradient::UnseenSweep;
@@ -163,6 +163,33 @@ impl Lagrangian {
 
     pub(super) fn swept_energy<const D: usize>(&self, sweep: EnergySweep<'_>) -> bool {
         let EnergySweep { scene, room, density, part, near } = sweep;
+        let (density, dissipated) = (PerPoint(density, 1), part == EnergyPart::Plastic);
+        self.each_own::<D>(scene, room, near, dissipated, density, |_, _, own, density| {
+            density[0] = own.map_or(0.0, |own| own.answer.energy);
+        })
+    }
+
+    pub(super) fn swept_fields<const D: usize>(&self, sweep: FieldSweep<'_>) -> bool {
+        let FieldSweep { scene, room, values, width, read } = sweep;
+        let values = PerPoint(values, width);
+        self.each_own::<D>(scene, room, None, false, values, |body, point, own, values| {
+            if let Some(own) = own {
+                read(&self.shown(body, point, own), values);
+            }
+        })
+    }
+
+    /// Calls `give` with what each point makes of its family and the part of the values that is its own; with nothing where `near`
+    /// does not want it. False where this is not swept in lanes.
+    fn each_own<const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        room: Room<'_>,
+        near: Option<&Near<'_>>,
+        dissipated: bool,
+        values: PerPoint<'_, f64>,
+        give: impl Fn(&Body<'_, D>, usize, Option<&Own<D>>, &mut [f64]) + Sync,
+    ) -> bool {
         let Some(omega) = self.kept.omega(scene, &self.weights) else { return false };
         let count = scene.places.len();
         let (records, rest) = in_lanes::record::<D>(scene, room.tables);
@@ -172,14 +199,13 @@ impl Lagrangian {
         let kept = &self.swept_rows::<D>(sweep, rows, &mut None, wanted);
         let swept = Swept::<D> { lagrangian: self, body: Body::new(scene, &self.weights), kept };
         self.ask_swept(&swept, rows, room.records, near);
-        let dissipated = part == EnergyPart::Plastic;
         let asked = self.laws.remember().then_some(Asked { records: room.records, dissipated });
         let asked = &Scene { asked, ..*scene };
         let swept = Swept { body: Body::new(asked, &self.weights), ..swept };
-        scene.workers.sweep(count, PerPoint(density, 1), |range, density| {
-            for (density, point) in density.0.iter_mut().zip(range) {
-                let energy = || swept.own(point, &rows[point]).answer.energy;
-                *density = if wanted(point) { energy() } else { 0.0 };
+        scene.workers.sweep(count, values, |range, PerPoint(values, width)| {
+            for (values, point) in values.chunks_exact_mut(width).zip(range) {
+                let own = wanted(point).then(|| swept.own(point, &rows[point]));
+                give(&swept.body, point, own.as_ref(), values);
             }
         });
         true

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use super::body::{Body, ByModel, Link, Weights};
 use super::constants;
 use super::ordinary_state_based::{extension, pulled};
-use super::passes::{EnergySweep, ForceSweep, Passes};
+use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
 use super::state_based::StateBased;
 use super::{
     Formulation, FormulationEntry, Kinematics, Materials, Scene, extension_lanes, in_lanes,
@@ -87,6 +87,12 @@ impl MadenciOterkus {
         [a, 15.0 * mu / (2.0 * PI * self.weights.horizons.at(point).powi(5)), self.scale.at(point)]
     }
 
+    /// What bonds pull by the stretch and by the dilatation, and that.
+    fn pulls(&self, point: usize, [_, sum]: [f64; 2]) -> [f64; 3] {
+        let [a, b, d] = self.constants(point);
+        [2.0 * b, 2.0 * a * d * d * sum, d * sum]
+    }
+
     fn dilatation<const D: usize>(&self, body: &Body<'_, D>, point: usize) -> f64 {
         let terms = body.links(point).map(|link| link.own * extension(&link).0 * link.volume);
         self.scale.at(point) * terms.sum::<f64>()
@@ -114,7 +120,7 @@ impl Passes for MadenciOterkus {
         &mut self.weights
     }
 
-    fn room_of_lanes(&self, points: usize, _: usize) -> usize {
+    fn room_of_lanes(&self, points: usize, _: usize, _: usize) -> usize {
         extension_lanes::room(points)
     }
 
@@ -131,9 +137,9 @@ impl Passes for MadenciOterkus {
         &self,
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        let pulls = |point: usize, [_, sum]: [f64; 2]| {
-            let [a, b, d] = self.constants(point);
-            [2.0 * b, 2.0 * a * d * d * sum]
+        let pulls = |point: usize, sums: [f64; 2]| {
+            let [a, b, _] = self.pulls(point, sums);
+            [a, b]
         };
         extension_lanes::forces::<D, true>(sweep, &self.weights, pulls)
     }
@@ -147,6 +153,14 @@ impl Passes for MadenciOterkus {
             a * (d * sum).powi(2) + b * squares
         };
         extension_lanes::energies::<D, true>(sweep, &self.weights, energy)
+    }
+
+    fn kinematics_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        sweep: FieldSweep<'_>,
+    ) -> bool {
+        let pulls = |point: usize, sums: [f64; 2]| self.pulls(point, sums);
+        extension_lanes::fields::<D, true>(sweep, &self.weights, &self.laws, pulls)
     }
 
     /// theta

@@ -27,6 +27,7 @@ mod on_lattice;
 mod operators;
 mod ordinary_lattice;
 mod ordinary_plastic;
+mod ordinary_plastic_lanes;
 mod ordinary_state_based;
 mod passes;
 mod state_based;

@@ -9,7 +9,7 @@ use super::body::{Body, ByModel, Link, Weights};
 use super::constants;
 use super::correspondence::add;
 use super::on_lattice::LatticeState;
-use super::passes::{EnergySweep, ForceSweep, Passes};
+use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
 use super::state_based::StateBased;
 use super::surface::Surface;
 use super::{
@@ -124,6 +124,14 @@ impl Lps {
         (link.own * pull(point) + link.other * pull(link.neighbor), now)
     }
 
+    /// a and b of t = w (a s + b) L, and theta.
+    fn pulls<const D: usize>(&self, point: usize, sums: [f64; 2]) -> [f64; 3] {
+        let (dimension, [inverse, theta]) = (D as f64, Self::state::<D>(sums));
+        let [kappa, deviatoric] = *self.moduli.at(point);
+        let a = inverse * deviatoric;
+        [a, inverse * theta * (dimension * kappa - deviatoric / dimension), theta]
+    }
+
     /// 1/m (0 without a family) and theta, from m and sum w L e V.
     fn state<const D: usize>([weighted, sum]: [f64; 2]) -> [f64; 2] {
         let inverse = if weighted > 0.0 { 1.0 / weighted } else { 0.0 };
@@ -156,7 +164,7 @@ impl Passes for Lps {
         Ok(())
     }
 
-    fn room_of_lanes(&self, points: usize, _: usize) -> usize {
+    fn room_of_lanes(&self, points: usize, _: usize, _: usize) -> usize {
         extension_lanes::room(points)
     }
 
@@ -175,12 +183,9 @@ impl Passes for Lps {
         if let (Some(lattice), Some(state)) = (&sweep.scene.families.lattice, &self.lattice) {
             return self.forces_on_lattice::<D>((lattice, state), sweep);
         }
-        let dimension = D as f64;
         let pulls = |point: usize, sums: [f64; 2]| {
-            let [inverse, theta] = Self::state::<D>(sums);
-            let [kappa, deviatoric] = *self.moduli.at(point);
-            let a = inverse * deviatoric;
-            [a, inverse * theta * (dimension * kappa - deviatoric / dimension)]
+            let [a, b, _] = self.pulls::<D>(point, sums);
+            [a, b]
         };
         extension_lanes::forces::<D, false>(sweep, &self.weights, pulls)
     }
@@ -197,6 +202,14 @@ impl Passes for Lps {
             0.5 * (kappa * theta * theta + deviatoric * sheared)
         };
         extension_lanes::energies::<D, false>(sweep, &self.weights, energy)
+    }
+
+    fn kinematics_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        sweep: FieldSweep<'_>,
+    ) -> bool {
+        let pulls = |point: usize, sums: [f64; 2]| self.pulls::<D>(point, sums);
+        extension_lanes::fields::<D, false>(sweep, &self.weights, &self.laws, pulls)
     }
 
     /// 1/m (0 without a family) and theta.

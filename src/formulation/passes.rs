@@ -5,7 +5,7 @@ use super::breaking::Near;
 use super::calm::Look;
 use super::laws::Laws;
 use super::surface::Surface;
-use super::{EnergyPart, Kinematics, Scene};
+use super::{EnergyPart, Kinematics, Read, Scene};
 use crate::damage::Breaking;
 use crate::error::Result;
 use crate::material::Deformation;
@@ -35,6 +35,15 @@ pub(super) struct EnergySweep<'a> {
     pub(super) density: &'a mut [f64],
     pub(super) part: EnergyPart,
     pub(super) near: Option<&'a Near<'a>>,
+}
+
+/// A sweep in lanes for deformation and stress, of which `read` makes so many numbers a point.
+pub(super) struct FieldSweep<'a> {
+    pub(super) scene: &'a Scene<'a>,
+    pub(super) room: Room<'a>,
+    pub(super) values: &'a mut [f64],
+    pub(super) width: usize,
+    pub(super) read: &'a Read<'a>,
 }
 
 /// The passes of a formulation.
@@ -98,7 +107,7 @@ pub(super) trait Passes: Sized + Send + Sync {
     }
 
     /// Numbers of the tables that its sweeps in lanes write aside; 0 where it has none.
-    fn room_of_lanes(&self, _points: usize, _dimension: usize) -> usize {
+    fn room_of_lanes(&self, _points: usize, _blocks: usize, _dimension: usize) -> usize {
         0
     }
 
@@ -132,6 +141,14 @@ pub(super) trait Passes: Sized + Send + Sync {
     fn energy_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
         _sweep: EnergySweep<'_>,
+    ) -> bool {
+        false
+    }
+
+    /// Deformation and stress of such a scene. False, and nothing done, where they are not swept in lanes.
+    fn kinematics_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        _sweep: FieldSweep<'_>,
     ) -> bool {
         false
     }

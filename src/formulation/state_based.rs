@@ -10,7 +10,7 @@ use super::breaking::Near;
 use super::calm::Calm;
 use super::in_lanes::{self, of_size};
 use super::laws::Laws;
-use super::passes::{EnergySweep, ForceSweep, Passes, Room};
+use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes, Room};
 use super::surface::Surface;
 use super::{
     Asked, EnergyPart, Formulation, Materials, Read, Scene, breaking, constants, surface,
@@ -240,7 +240,14 @@ impl<P: Passes> StateBased<P> {
         read: &Read<'_>,
     ) {
         let (records, scratch) = scratch.split_at_mut(self.records_of(scene));
-        let (body, count) = (Body::<D>::new(scene, self.passes.weights()), scene.places.len());
+        let (passes, count) = (&self.passes, scene.places.len());
+        let width = values.len() / count;
+        let room = Room { records: &mut *records, tables: &mut *scratch };
+        let sweep = FieldSweep { scene, room, values: &mut *values, width, read };
+        if passes.runs_in_lanes(scene) && of_size!(D, passes.kinematics_in_lanes(sweep)) {
+            return;
+        }
+        let body = Body::<D>::new(scene, self.passes.weights());
         let left = &mut scratch[..count * self.passes.width(D)];
         if self.passes.kinematics_need_pass() {
             self.first_pass(&body, left, None);
@@ -248,7 +255,7 @@ impl<P: Passes> StateBased<P> {
         let scene = self.asked(&body, left, None, records, false);
         let scene = &scene;
         let body = Body::<D>::new(scene, self.passes.weights());
-        let (left, width) = (&*left, values.len() / count);
+        let left = &*left;
         scene.workers.sweep(count, PerPoint(values, width), |range, values| {
             for (values, point) in values.0.chunks_exact_mut(width).zip(range) {
                 read(&self.passes.kinematics_at(&body, point, left), values);
@@ -317,7 +324,7 @@ impl<P: Passes> Formulation for StateBased<P> {
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
-        let has_lanes = self.passes.room_of_lanes(1, scene.dimension) > 0;
+        let has_lanes = self.passes.room_of_lanes(1, 1, scene.dimension) > 0;
         if has_lanes {
             self.passes.weights_mut().keep(scene)?;
         }
@@ -350,7 +357,7 @@ impl<P: Passes> Formulation for StateBased<P> {
         let room = if breaks { breaking::room(points, dimension) } else { 0 };
         let records = self.records(points, blocks);
         let passes = points * passes * self.passes.width(dimension) + lanes;
-        records + passes.max(self.passes.room_of_lanes(points, dimension)) + room
+        records + passes.max(self.passes.room_of_lanes(points, blocks, dimension)) + room
     }
 
     fn was_stopped(&self) -> bool {

@@ -9,6 +9,7 @@
 
 use std::ops::Range;
 
+use super::fields::{BondSums, Summand};
 use super::simd::{Kernel, Lanes, Mask, Simd, prefetch};
 use crate::families::lattice::NOBODY;
 use crate::families::{Bond, Families, LANES};
@@ -123,6 +124,35 @@ impl<L: BondLaw, const STEPS: bool, const D: usize> Kernel for EnergySweep<'_, L
     }
 }
 
+/// Gives sums of which fields are made to `finish`, of the points of a range. Lengths are computed.
+pub(crate) struct FieldSweep<'a, L, W, F, const STEPS: bool, const D: usize> {
+    pub(crate) cloud: Cloud<'a>,
+    pub(crate) law: L,
+    /// What a bond counts in the deformation of its point, where that is not 1.
+    pub(crate) counts: Option<W>,
+    pub(crate) range: Range<usize>,
+    pub(crate) finish: F,
+}
+
+impl<L, W, F, const STEPS: bool, const D: usize> Kernel for FieldSweep<'_, L, W, F, STEPS, D>
+where
+    L: BondLaw,
+    W: Fn(usize, Bond) -> f64,
+    F: FnMut(usize, &BondSums<f64, D>),
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { cloud, law, counts, range, mut finish } = self;
+        assert!(STEPS || cloud.families.lattice.is_none());
+        let pulls = Pulls::<_, _, true, STEPS>::new(simd, cloud, law, false);
+        for point in range {
+            finish(point, &pulls.field_sums::<D>(point, &counts).totals());
+        }
+    }
+}
+
 /// What the loops over points and parts share.
 #[derive(Clone, Copy)]
 struct Pulls<'a, S, L, const LEAN: bool, const STEPS: bool> {
@@ -156,6 +186,9 @@ struct Stretched<F, const D: usize> {
     inverse: F,
     /// V_j
     volume: F,
+    /// What it is made of: xi where lengths are computed, and 2 du.
+    place: [F; D],
+    double: [F; D],
 }
 
 /// Takes the bonds of a point that break from its masks, and says whether there were any.
@@ -333,6 +366,57 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
     }
 
     #[inline(always)]
+    fn field_sums<const D: usize>(
+        &self,
+        point: usize,
+        counts: &Option<impl Fn(usize, Bond) -> f64>,
+    ) -> BondSums<S::Lanes, D> {
+        let Self { simd, cloud, law, .. } = *self;
+        let (own, blocks) = (self.own(point), cloud.families.blocks(point));
+        let (half, factor) = (simd.splat(0.5), simd.splat(law.factor()));
+        let (first, mut sums) =
+            (self.lists[point] as usize * LANES, BondSums::new(simd.splat(0.0)));
+        for lane in (0..blocks.len() * LANES).step_by(S::WIDTH) {
+            let bits = cloud.intact[blocks.start + lane / LANES] >> (lane % LANES);
+            let mask = simd.mask(bits);
+            let mut names = [0; LANES];
+            let part = self.part(point, first + lane, &mut names);
+            let bonds = self.stretched::<D>(&part, &own);
+            let Stretched { bond, change, inverse, volume, place, double } = bonds;
+            let weight = match counts {
+                Some(counts) => {
+                    let mut inverses = [1.0; LANES];
+                    inverse.store(&mut inverses);
+                    volume
+                        * simd.each(|lane| {
+                            if bits >> lane & 1 == 0 {
+                                return 0.0;
+                            }
+                            let neighbor = part.neighbors[lane] as usize;
+                            let length = inverses[lane].recip();
+                            counts(point, Bond { slot: part.slot + lane, neighbor, length })
+                        })
+                }
+                None => volume,
+            };
+            let pull = law.weight::<S, true>(simd, &part, inverse, volume) * change.shortfall();
+            let mut moved = double;
+            for moved in &mut moved {
+                *moved = *moved * half;
+            }
+            sums.add(&Summand {
+                reference: place,
+                moved,
+                deformed: bond,
+                weight: weight.only(mask),
+                pull: (factor * pull).only(mask),
+                flowed: None,
+            });
+        }
+        sums
+    }
+
+    #[inline(always)]
     fn own(&self, point: usize) -> [S::Lanes; 8] {
         let mut own = [self.simd.splat(0.0); 8];
         for (own, number) in own.iter_mut().zip(self.cloud.records[point]) {
@@ -350,7 +434,7 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
     ) -> Pulled<S::Lanes, D> {
         let mut names = [0; LANES];
         let part = self.part(point, slot, &mut names);
-        let Stretched { bond, change, inverse, volume } = self.stretched(&part, own);
+        let Stretched { bond, change, inverse, volume, .. } = self.stretched(&part, own);
         Pulled {
             bond,
             change,
@@ -374,9 +458,11 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
         let doubles = unsafe { simd.columns(cloud.records, 4, part.neighbors) };
         let (quarter, half) = (simd.splat(0.25), simd.splat(0.5));
         let (mut bond, mut product, mut squared) = ([quarter; D], quarter, quarter);
+        let mut made_of = [[quarter; D]; 2];
         for axis in 0..D {
             let place = places[axis] - own[axis];
             let double = doubles[axis] - own[4 + axis];
+            (made_of[0][axis], made_of[1][axis]) = (place, double);
             let mut middle = place;
             if LEAN {
                 middle = double.mul_add(quarter, place);
@@ -391,6 +477,7 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
         if LEAN {
             inverse = cloud.families.unit.inverse_length(simd, squared);
         }
-        Stretched { bond, change: product * (inverse * inverse), inverse, volume: places[3] }
+        let (change, volume, [place, double]) = (product * (inverse * inverse), places[3], made_of);
+        Stretched { bond, change, inverse, volume, place, double }
     }
 }

@@ -53,7 +53,7 @@ impl Omega<'_> {
 
 /// Bonds that are computed together.
 #[derive(Clone, Copy)]
-pub(super) struct Bonds<F, const D: usize> {
+pub(crate) struct Bonds<F, const D: usize> {
     /// xi
     pub(super) reference: [F; D],
     /// eta - xi
@@ -74,7 +74,7 @@ pub(super) struct Lengths<F> {
 
 /// How far bonds are stretched.
 #[derive(Clone, Copy)]
-pub(super) struct Stretches<F> {
+pub(crate) struct Stretches<F> {
     /// L/l
     pub(super) shrunk: F,
     /// l/L - 1

@@ -245,8 +245,8 @@ where
     }
 }
 
-/// Gives sum w W_ij V_j/sum w V to `finish` in the same way.
-pub(crate) struct BondEnergies<'a, L, W, F, const D: usize, const C: usize> {
+/// Gives the means of energies and, with `STRESS`, of stresses, sum w P_ij V_j/sum w V, to `finish` in the same way.
+pub(crate) struct BondMeans<'a, L, W, F, const STRESS: bool, const D: usize, const C: usize> {
     pub(crate) middles: Middles<'a, C>,
     pub(crate) law: L,
     pub(crate) range: Range<usize>,
@@ -254,11 +254,12 @@ pub(crate) struct BondEnergies<'a, L, W, F, const D: usize, const C: usize> {
     pub(crate) finish: F,
 }
 
-impl<L, W, F, const D: usize, const C: usize> Kernel for BondEnergies<'_, L, W, F, D, C>
+impl<L, W, F, const STRESS: bool, const D: usize, const C: usize> Kernel
+    for BondMeans<'_, L, W, F, STRESS, D, C>
 where
     L: BondLaw<D>,
     W: Fn(usize) -> bool,
-    F: FnMut(usize, f64, bool),
+    F: FnMut(usize, f64, &[[f64; D]; D], bool),
 {
     type Output = ();
 
@@ -272,19 +273,40 @@ where
             }
             let end = middles.end::<S, D>(simd, point);
             let (mut sum, mut odd) = (simd.splat(0.0), simd.splat(0.0));
+            let mut stresses = [[simd.splat(0.0); D]; D];
             let (start, stop) = family.slots(point);
             for slot in (start..stop).step_by(S::WIDTH) {
                 let bits = family.bits(slot);
                 let mask = simd.mask(bits);
                 let at = middles.at(simd, &end, slot, mask);
                 odd = odd + at.odd;
-                let (energy, _) = law.answer(simd, &family, (point, slot), bits, &at.gradient);
-                sum =
-                    sum + family.weighted(simd, slot, &at.reference, energy * at.volume).only(mask);
+                let (energy, stress) = law.answer(simd, &family, (point, slot), bits, &at.gradient);
+                if !STRESS {
+                    let held = family.weighted(simd, slot, &at.reference, energy * at.volume);
+                    sum = sum + held.only(mask);
+                    continue;
+                }
+                let weight = family.weighted(simd, slot, &at.reference, at.volume).only(mask);
+                sum = sum + (weight * energy).only(mask);
+                for row in 0..D {
+                    for column in 0..D {
+                        let stress = stress[row][column].only(mask);
+                        stresses[row][column] = weight.mul_add(stress, stresses[row][column]);
+                    }
+                }
             }
             let row = middles.table.row(point);
+            let mut stress = [[0.0; D]; D];
+            if STRESS {
+                for axis in 0..D {
+                    for column in 0..D {
+                        stress[axis][column] =
+                            stresses[axis][column].total() * row[weight_place(D)];
+                    }
+                }
+            }
             let held = sum.total() * row[weight_place(D)];
-            finish(point, held, odd.total() + row[odd_place(D)] > 0.0);
+            finish(point, held, &stress, odd.total() + row[odd_place(D)] > 0.0);
         }
     }
 }

@@ -131,7 +131,7 @@ impl Plan {
         self.scratch_of_energies()
     }
 
-    /// Numbers that a sweep for energies writes aside.
+    /// Numbers that a sweep for energies or fields writes aside.
     pub(crate) fn scratch_of_energies(&self) -> usize {
         let breaks = self.rule.is_some();
         self.formulation.scratch(self.count(), self.families.block_count(), self.dimension, breaks)

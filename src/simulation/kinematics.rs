@@ -35,7 +35,7 @@ impl Simulation {
         if let Some(tensor) = shape_tensor(field) {
             shape_tensors(&scene, plan.formulation.weights(), tensor, &mut values);
         } else {
-            let mut scratch = memory::filled(0.0, plan.scratch(bonds.is_graded()), PURPOSE)?;
+            let mut scratch = memory::filled(0.0, plan.scratch_of_energies(), PURPOSE)?;
             plan.formulation.kinematics(&scene, &mut scratch, &mut values, &|at, values| {
                 read(field, dimension, at, values);
             });

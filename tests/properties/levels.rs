@@ -195,8 +195,13 @@ fn lattices_of_all_formulations_break_as_clouds() {
         for level in levels() {
             let [cloud, lattice] = [false, true].map(|lattices| run(lattices, level, 2));
             assert_eq!(intact(&cloud), intact(&lattice), "{formulation}, {level:?}");
-            for field in [Field::Displacement, Field::InternalForce, Field::DissipatedEnergyDensity]
-            {
+            for field in [
+                Field::Displacement,
+                Field::InternalForce,
+                Field::DissipatedEnergyDensity,
+                Field::DeformationGradient,
+                Field::FirstPiolaStress,
+            ] {
                 let [a, b] = [&cloud, &lattice].map(|body| body.get(field).unwrap());
                 let distance = distance(&a, &b);
                 assert!(distance < 1e-9, "{formulation}, {level:?}, {field:?}: {distance}");

@@ -144,6 +144,31 @@ fn every_level_gives_the_energies_of_single_bonds() {
     }
 }
 
+#[test]
+fn every_level_gives_the_fields_of_single_bonds() {
+    for body in all_bodies() {
+        let moved = body.shaken();
+        for form in forms(body.scene.dimension) {
+            for share in [0.0, 0.3] {
+                let name = format!("{form:?} {share}");
+                let worst = worst_on_every_level(&name, |level| {
+                    let mut simulation = ready(&body, body.simulation(form), level, share);
+                    simulation.set(Field::Displacement, &moved).unwrap();
+                    [
+                        Field::DeformationGradient,
+                        Field::FirstPiolaStress,
+                        Field::VonMisesStress,
+                        Field::Dilatation,
+                    ]
+                    .map(|field| simulation.get(field).unwrap())
+                    .into()
+                });
+                assert!(worst < 1e-11, "{name}: {worst}");
+            }
+        }
+    }
+}
+
 /// Keys and what is chosen for them.
 type Choices = &'static [(&'static str, &'static str)];
 
@@ -247,43 +272,74 @@ fn laws_with_memory_answer_the_same_on_every_level() {
         for form in forms(body.scene.dimension).filter(|form| form.has_law()) {
             for law in laws {
                 let name = format!("{form:?} {law:?} {number}");
-                let worst = worst_on_every_level(&name, |level| {
-                    let mut models =
-                        [0, body.scene.materials.len() - 1].map(|number| body.model(form, number));
-                    models.iter_mut().zip(law).for_each(|(model, law)| {
-                        model.set("critical_stretch", 0.14).unwrap();
-                        choose(model, law);
-                    });
-                    let mut simulation = Simulation::new(&body.scene.points(), &models[0]).unwrap();
-                    simulation.set_threads(1).unwrap();
-                    if !body.scene.second.is_empty() {
-                        simulation.assign_model("second", &models[1]).unwrap();
-                    }
-                    let mut simulation = ready(&body, simulation, level, 0.1);
-                    let mut random = body.scene.random(31);
-                    for _ in 0..3 {
-                        let components = body.scene.components();
-                        let moved = random.around_zero(components, 0.05 * body.scene.spacing);
-                        simulation.set(Field::Displacement, &moved).unwrap();
-                        simulation.commit(0.0).unwrap();
-                    }
-                    let moved = body.shaken();
-                    simulation.set(Field::Displacement, &moved).unwrap();
-                    simulation.evaluate().unwrap();
-                    [
-                        Field::InternalForce,
-                        Field::StrainEnergyDensity,
-                        Field::DissipatedEnergyDensity,
-                        Field::EquivalentPlasticStrain,
-                        Field::Damage,
-                    ]
-                    .map(|field| simulation.get(field).unwrap())
-                    .into()
-                });
+                let mut models =
+                    [0, body.scene.materials.len() - 1].map(|number| body.model(form, number));
+                models.iter_mut().zip(law).for_each(|(model, law)| choose(model, law));
+                let worst = worst_after_steps(&name, &body, models);
                 assert!(worst < 1e-11, "{name}: {worst}");
             }
         }
     }
+}
+
+#[test]
+fn a_solid_that_flows_answers_the_same_on_every_level() {
+    let form = Form { name: "ordinary_state_based", order: 1 };
+    let solids = all_bodies().filter(|body| body.scene.dimension == 3);
+    for (number, body) in solids.enumerate() {
+        for (correction, flows) in
+            [("none", [true; 2]), ("energy", [true, false]), ("stiffness_tensor", [true; 2])]
+        {
+            let name = format!("{correction} {flows:?} {number}");
+            let mut models =
+                [0, body.scene.materials.len() - 1].map(|number| body.model(form, number));
+            for (model, flows) in models.iter_mut().zip(flows) {
+                model.choose("surface_correction", correction).unwrap();
+                if flows {
+                    let modulus = model.get("youngs_modulus").unwrap();
+                    model.set("yield_stress", 0.03 * modulus).unwrap();
+                }
+            }
+            let worst = worst_after_steps(&name, &body, models);
+            assert!(worst < 1e-11, "{name}: {worst}");
+        }
+    }
+}
+
+/// Largest difference between levels of what a body whose materials remember has come to, as its bonds break.
+fn worst_after_steps(name: &str, body: &Body, mut models: [Model; 2]) -> f64 {
+    for model in &mut models {
+        model.set("critical_stretch", 0.14).unwrap();
+    }
+    worst_on_every_level(name, |level| {
+        let mut simulation = Simulation::new(&body.scene.points(), &models[0]).unwrap();
+        simulation.set_threads(1).unwrap();
+        if !body.scene.second.is_empty() {
+            simulation.assign_model("second", &models[1]).unwrap();
+        }
+        let mut simulation = ready(body, simulation, level, 0.1);
+        let mut random = body.scene.random(31);
+        for _ in 0..3 {
+            let components = body.scene.components();
+            let moved = random.around_zero(components, 0.05 * body.scene.spacing);
+            simulation.set(Field::Displacement, &moved).unwrap();
+            simulation.commit(0.0).unwrap();
+        }
+        let moved = body.shaken();
+        simulation.set(Field::Displacement, &moved).unwrap();
+        simulation.evaluate().unwrap();
+        [
+            Field::InternalForce,
+            Field::StrainEnergyDensity,
+            Field::DissipatedEnergyDensity,
+            Field::CauchyStress,
+            Field::PlasticStrain,
+            Field::EquivalentPlasticStrain,
+            Field::Damage,
+        ]
+        .map(|field| simulation.get(field).unwrap())
+        .into()
+    })
 }
 
 #[test]
