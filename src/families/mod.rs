@@ -88,6 +88,8 @@ pub(crate) struct Families {
     pub(crate) neighbors: Vec<u32>,
     /// 1/L of each listed bond, of its length in the reference configuration; `None` where storage is lean.
     pub(crate) inverse_lengths: Option<Vec<f64>>,
+    /// The least length of the bonds that were searched for; infinite without any.
+    pub(crate) shortest: f64,
     /// Where the points are.
     pub(crate) places: Vec<Place>,
     /// In which lengths are near 1.
