@@ -477,6 +477,8 @@ mod tests {
                 })
                 .collect();
             assert_eq!(sorted(&families, i), expected, "point {i}");
+            assert_eq!(families.bond_count(i), expected.len(), "point {i}");
+            assert_eq!(families.is_alone(i), expected.is_empty(), "point {i}");
         }
     }
 
