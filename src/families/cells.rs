@@ -6,9 +6,9 @@
 
 use std::ops::Range;
 
-use super::{Place, squared_length};
+use super::{LANES, Place};
 use crate::error::Result;
-use crate::kernel::simd::{Kernel, Simd, SimdLevel};
+use crate::kernel::simd::{Kernel, Lanes, Mask, Simd, SimdLevel};
 use crate::memory;
 use crate::sort::ByKey;
 use crate::workers::{PerPoint, Workers};
@@ -24,6 +24,9 @@ const TABLE_CELLS_PER_POINT: f64 = 16.0;
 
 /// A hair, relative to radius and edge, that keeps rounding from hiding a neighbour behind a cell.
 const HAIR: f64 = 1e-9;
+
+/// Squares below it have lost digits.
+const TINY: f64 = 1e-290;
 
 const PURPOSE: &str = "bonds";
 
@@ -53,7 +56,8 @@ enum Lookup {
     Occupied(Vec<u64>, Vec<u32>),
 }
 
-/// Members near a box, copied together. Whole words of them are looked at; behind the last one some stand nowhere.
+/// Members near a box, copied together. Whole blocks of them are looked at; behind the last one some stand nowhere.
+#[repr(align(64))]
 pub(super) struct Candidates {
     places: [[f64; ROOM]; 3],
     points: [u32; ROOM],
@@ -62,9 +66,6 @@ pub(super) struct Candidates {
 
 /// Candidates that are looked at in one go.
 const ROOM: usize = 1024;
-
-/// Candidates whose bits make a word.
-const WORD: usize = u64::BITS as usize;
 
 /// Members that are copied together.
 const STRIDE: usize = 8;
@@ -192,14 +193,14 @@ impl Cells {
     #[inline(always)]
     fn for_each_run(&self, bounds: &Bounds, radius: f64, mut met: impl FnMut(Range<usize>)) {
         let reach = radius * (1.0 + HAIR);
-        let near = |axis: usize| {
+        let near = |axis: usize, reach: f64| {
             let from = bounds.lower[axis] - self.lower[axis];
             let to = bounds.upper[axis] - self.lower[axis];
             let first = ((from - reach) / self.edge).max(0.0) as i64;
             let last = ((to + reach) / self.edge).floor() as i64;
             first..last.saturating_add(1).min(self.counts[axis])
         };
-        let (along_x, along_y, along_z) = (near(0), near(1), near(2));
+        let (along_x, along_y, along_z) = (near(0, reach), near(1, reach), near(2, reach));
         if along_x.is_empty() || along_y.is_empty() || along_z.is_empty() {
             return;
         }
@@ -219,8 +220,12 @@ impl Cells {
         for z in along_z {
             let most = reach * reach - gap(2, z);
             for y in along_y.clone() {
-                if gap(1, y) <= most {
-                    met(self.run(along_x.clone(), y, z));
+                let most = most - gap(1, y);
+                if most >= 0.0 {
+                    let along_x = near(0, if most > TINY { most.sqrt() } else { reach });
+                    if !along_x.is_empty() {
+                        met(self.run(along_x, y, z));
+                    }
                 }
             }
         }
@@ -288,32 +293,111 @@ impl Candidates {
         self.points[to].copy_from_slice(&members.points[from]);
     }
 
-    /// Fills the last word up.
+    /// Fills the last block up.
     #[inline(always)]
     fn end(&mut self) {
-        self.places[0][self.count..self.count.next_multiple_of(WORD)].fill(f64::INFINITY);
+        self.places[0][self.count..self.count.next_multiple_of(LANES)].fill(f64::INFINITY);
     }
 
     /// How many are not farther from a place than the root of `most`.
-    pub(super) fn count_within(&self, simd: SimdLevel, place: &Place, most: f64) -> u64 {
+    pub(super) fn count_within(&self, simd: SimdLevel, place: &Place, most: f64) -> u32 {
         simd.run(Count { candidates: self, place, most })
     }
 
-    /// Calls `found` with those that are not farther from a place than the root of `most` and the squares of their
-    /// distances.
-    #[inline(always)]
-    pub(super) fn for_each_within(
-        &self,
-        simd: SimdLevel,
-        place: &Place,
-        most: f64,
-        found: impl FnMut(u32, f64),
-    ) {
-        simd.run(Visit { candidates: self, place, most, found });
+    /// Those that are not farther from a place than the root of `most`, in the order in which they stand.
+    pub(super) fn find_within(&self, simd: SimdLevel, place: &Place, most: f64, hits: &mut Hits) {
+        simd.run(Find { candidates: self, place, most, hits });
     }
 }
 
-/// Loops that compilers turn into vectors of the level; all levels give the same bits.
+/// Candidates that are near enough, and the squares of their distances, with room behind them for lanes that are packed.
+#[repr(align(64))]
+pub(super) struct Hits {
+    squares: [f64; ROOM + LANES],
+    points: [u32; ROOM + LANES],
+    count: usize,
+}
+
+impl Hits {
+    pub(super) const fn new() -> Self {
+        Self { squares: [0.0; ROOM + LANES], points: [0; ROOM + LANES], count: 0 }
+    }
+
+    /// Keeps those that `keeps` says so of, by name and square of the distance.
+    pub(super) fn retain(&mut self, mut keeps: impl FnMut(u32, f64) -> bool) {
+        let mut end = 0;
+        for hit in 0..self.count {
+            let (point, square) = (self.points[hit], self.squares[hit]);
+            (self.points[end], self.squares[end]) = (point, square);
+            end += usize::from(keeps(point, square));
+        }
+        self.count = end;
+    }
+
+    /// Takes out a point, if it is among them.
+    pub(super) fn forget(&mut self, point: u32) {
+        let all = 0..self.count;
+        if let Some(hit) = self.points[all.clone()].iter().position(|&other| other == point) {
+            self.points.copy_within(hit + 1..all.end, hit);
+            self.squares.copy_within(hit + 1..all.end, hit);
+            self.count -= 1;
+        }
+    }
+
+    pub(super) fn points(&self) -> &[u32] {
+        &self.points[..self.count]
+    }
+
+    /// 1 over how far they are, in place of the squares.
+    pub(super) fn inverse_lengths(&mut self, simd: SimdLevel) -> &[f64] {
+        simd.run(Invert(&mut self.squares[..self.count.next_multiple_of(LANES)]));
+        &self.squares[..self.count]
+    }
+
+    /// The square of the least distance; infinite without any.
+    pub(super) fn least_square(&mut self, simd: SimdLevel) -> f64 {
+        let whole = self.count.next_multiple_of(LANES);
+        self.squares[self.count..whole].fill(f64::INFINITY);
+        simd.run(Least(&self.squares[..whole]))
+    }
+}
+
+/// Squares of the distances of candidates from a place; all levels give the same bits.
+struct Squares<'a, F> {
+    places: [&'a [f64]; 3],
+    from: [F; 3],
+    /// The least number above those that are small enough.
+    limit: F,
+}
+
+impl<'a, F: Lanes> Squares<'a, F> {
+    #[inline(always)]
+    fn new<S: Simd<Lanes = F>>(
+        simd: S,
+        candidates: &'a Candidates,
+        place: &Place,
+        most: f64,
+    ) -> Self {
+        let [x, y, z] = &candidates.places;
+        Self {
+            places: [x, y, z],
+            from: [simd.splat(place[0]), simd.splat(place[1]), simd.splat(place[2])],
+            limit: simd.splat(most.next_up()),
+        }
+    }
+
+    /// Those of candidates from `first` on, and which of them are small enough.
+    #[inline(always)]
+    fn at<S: Simd<Lanes = F>>(&self, simd: S, first: usize) -> (F, u8) {
+        let x = simd.load(&self.places[0][first..]) - self.from[0];
+        let y = simd.load(&self.places[1][first..]) - self.from[1];
+        let z = simd.load(&self.places[2][first..]) - self.from[2];
+        let squared = x * x + y * y + z * z;
+        (squared, self.limit.above(squared).bits())
+    }
+}
+
+/// How many are near enough.
 struct Count<'a> {
     candidates: &'a Candidates,
     place: &'a Place,
@@ -321,65 +405,77 @@ struct Count<'a> {
 }
 
 impl Kernel for Count<'_> {
-    type Output = u64;
+    type Output = u32;
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) -> u64 {
-        let Self { candidates: Candidates { places, count, .. }, place, most } = self;
-        let [x, y, z] = places.each_ref().map(|along| &along[..*count]);
+    fn run<S: Simd>(self, simd: S) -> u32 {
+        let squares = Squares::new(simd, self.candidates, self.place, self.most);
         let mut within = 0;
-        for ((x, y), z) in x.iter().zip(y).zip(z) {
-            within += u64::from(squared(place, [*x, *y, *z]) <= most);
+        for first in (0..self.candidates.count).step_by(LANES) {
+            let mut byte = 0;
+            for part in (0..LANES).step_by(S::WIDTH) {
+                byte |= squares.at(simd, first + part).1 << part;
+            }
+            within += byte.count_ones();
         }
         within
     }
 }
 
-struct Visit<'a, F> {
+/// Packs those that are near enough.
+struct Find<'a> {
     candidates: &'a Candidates,
     place: &'a Place,
     most: f64,
-    found: F,
+    hits: &'a mut Hits,
 }
 
-impl<F: FnMut(u32, f64)> Kernel for Visit<'_, F> {
+impl Kernel for Find<'_> {
     type Output = ();
     #[inline(always)]
-    fn run<S: Simd>(mut self, _: S) {
-        let Candidates { places, points, count } = self.candidates;
-        for first in (0..*count).step_by(WORD) {
-            let word = first..first + WORD;
-            let [x, y, z] = places.each_ref().map(|along| &along[word.clone()]);
-            let mut squares = [0.0; WORD];
-            let mut bits = 0;
-            for lane in 0..WORD {
-                squares[lane] = squared(self.place, [x[lane], y[lane], z[lane]]);
-                bits |= if squares[lane] <= self.most { EACH[lane] } else { 0 };
-            }
-            while bits != 0 {
-                let candidate = bits.trailing_zeros() as usize;
-                (self.found)(points[first + candidate], squares[candidate]);
-                bits &= bits - 1;
-            }
+    fn run<S: Simd>(self, simd: S) {
+        let Self { candidates, place, most, hits } = self;
+        let squares = Squares::new(simd, candidates, place, most);
+        let mut end = 0;
+        for first in (0..candidates.count).step_by(S::WIDTH) {
+            let (squared, bits) = squares.at(simd, first);
+            let points = &candidates.points[first..];
+            simd.pack(bits, squared, points, &mut hits.squares[end..], &mut hits.points[end..]);
+            end += bits.count_ones() as usize;
+        }
+        hits.count = end;
+    }
+}
+
+/// Makes 1/L of L^2.
+struct Invert<'a>(&'a mut [f64]);
+
+impl Kernel for Invert<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        for values in self.0.chunks_exact_mut(S::WIDTH) {
+            (simd.splat(1.0) / simd.load(values).sqrt()).store(values);
         }
     }
 }
 
-/// The square of a distance; the same bits from both ends.
-#[inline(always)]
-fn squared(from: &Place, [x, y, z]: [f64; 3]) -> f64 {
-    squared_length(from, &[x, y, z, 0.0])
-}
+/// The least of some numbers.
+struct Least<'a>(&'a [f64]);
 
-/// Bit by bit, a word of its own.
-const EACH: [u64; WORD] = {
-    let mut each = [1; WORD];
-    let mut bit = 1;
-    while bit < WORD {
-        each[bit] = 1 << bit;
-        bit += 1;
+impl Kernel for Least<'_> {
+    type Output = f64;
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> f64 {
+        let zero = simd.splat(0.0);
+        let mut nearest = simd.splat(f64::NEG_INFINITY);
+        for values in self.0.chunks_exact(S::WIDTH) {
+            nearest = nearest.max(zero - simd.load(values));
+        }
+        let mut each = [f64::NEG_INFINITY; LANES];
+        nearest.store(&mut each);
+        -each.into_iter().fold(f64::NEG_INFINITY, f64::max)
     }
-    each
-};
+}
 
 /// A cell's number along each axis in one word, x fastest.
 fn key(cell: [i64; 3]) -> u64 {

@@ -88,6 +88,8 @@ pub(crate) struct Families {
     pub(crate) neighbors: Vec<u32>,
     /// 1/L of each listed bond, of its length in the reference configuration; `None` where storage is lean.
     pub(crate) inverse_lengths: Option<Vec<f64>>,
+    /// The least length of the bonds that were searched for; infinite without any.
+    pub(crate) shortest: f64,
     /// Where the points are.
     pub(crate) places: Vec<Place>,
     /// In which lengths are near 1.
@@ -188,6 +190,32 @@ impl Families {
         slots.filter_map(move |slot| self.bond(point, &lanes, slot))
     }
 
+    /// How many bonds a point has, broken or not.
+    pub(crate) fn bond_count(&self, point: usize) -> usize {
+        match self.lanes(point) {
+            Lanes::Steps { .. } => self.bonds(point).count(),
+            Lanes::List { .. } if self.blocks(point).is_empty() => 0,
+            Lanes::List { ahead } => {
+                (self.blocks(point).len() - 1) * LANES + self.bonds_in_last_block(point, ahead)
+            }
+        }
+    }
+
+    /// Whether a point has no bonds.
+    pub(crate) fn is_alone(&self, point: usize) -> bool {
+        match self.lanes(point) {
+            Lanes::Steps { .. } => self.bonds(point).next().is_none(),
+            Lanes::List { .. } => self.blocks(point).is_empty(),
+        }
+    }
+
+    /// Bonds in the last block of a list that is so far ahead; only there may lanes have none.
+    fn bonds_in_last_block(&self, point: usize, ahead: usize) -> usize {
+        let end = (self.blocks(point).end * LANES).wrapping_add(ahead);
+        let lanes = &self.neighbors[end - LANES..end];
+        lanes.iter().filter(|&&neighbor| neighbor as usize != point).count()
+    }
+
     /// The bonds of a point in the lanes that `masks` gives of each of its blocks.
     pub(crate) fn bonds_in(
         &self,
@@ -270,12 +298,9 @@ impl Families {
         match self.lanes(point) {
             Lanes::Steps { lattice, cell, .. } => lattice.mark_bonds(&self.places, cell, masks),
             Lanes::List { ahead } => {
-                // Only the last block of a list may have lanes without a bond.
                 let Some((last, whole)) = masks.split_last_mut() else { return };
                 whole.fill(u8::MAX);
-                let end = (self.blocks(point).end * LANES).wrapping_add(ahead);
-                let lanes = &self.neighbors[end - LANES..end];
-                let bonds = lanes.iter().filter(|&&neighbor| neighbor as usize != point).count();
+                let bonds = self.bonds_in_last_block(point, ahead);
                 *last = u8::MAX >> (LANES - bonds);
             }
         }

@@ -5,9 +5,9 @@
 //! them where they belong.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
-use super::cells::{Bounds, Candidates, Cells};
+use super::cells::{Bounds, Candidates, Cells, Hits};
 use super::grid::Crossings;
 use super::lattice::{Lattice, LatticeUse, NOBODY};
 use super::{
@@ -94,16 +94,20 @@ pub(crate) fn find(wanted: Wanted<'_>) -> Result<Families> {
         Storage::Fast => Some(workers.filled(0.0_f64, lanes, PURPOSE)?),
         Storage::Lean => None,
     };
+    // The first block of points with a squared distance of 0, and the least of these; bits are ordered as the numbers.
     let touching = AtomicUsize::new(usize::MAX);
+    let least = AtomicU64::new(f64::INFINITY.to_bits());
     if let Some(search) = search {
         let inverses = inverse_lengths.as_mut().map(|values| lists_of(&mut values[..], lists));
         let outputs = (lists_of(&mut neighbors[..], lists), inverses);
         workers.sweep(count, outputs, |range, (neighbors, inverses)| {
             let (start, neighbors) = (range.start, neighbors.values);
             let inverses = inverses.map(|inverses| inverses.values);
-            if search.fill(range, lists, neighbors, inverses) == 0.0 {
+            let nearest = search.fill(range, lists, neighbors, inverses);
+            if nearest == 0.0 {
                 touching.fetch_min(start, Ordering::Relaxed);
             }
+            least.fetch_min(nearest.to_bits(), Ordering::Relaxed);
         });
     }
     if let (Some(lattice), true) = (&lattice, whole_only) {
@@ -132,6 +136,7 @@ pub(crate) fn find(wanted: Wanted<'_>) -> Result<Families> {
         list_offsets,
         neighbors,
         inverse_lengths,
+        shortest: inverse_length(f64::from_bits(least.into_inner())).recip(),
         places,
         unit,
         reach,
@@ -267,15 +272,16 @@ impl<'a> Search<'a> {
     fn count(&self, range: Range<usize>, sizes: &mut [u32]) {
         let uniform = self.reach.is_sharp_and_uniform();
         let start = range.start;
+        let mut hits = Hits::new();
         self.visit(range, |point, place, candidates, most| {
             let size = &mut sizes[point - start];
             if uniform {
-                *size += candidates.count_within(self.simd, place, most) as u32;
+                *size += candidates.count_within(self.simd, place, most);
                 return;
             }
-            candidates.for_each_within(self.simd, place, most, |other, squared| {
-                *size += u32::from(self.are_bonded(point, other as usize, squared));
-            });
+            candidates.find_within(self.simd, place, most, &mut hits);
+            self.keep_bonds(point, &mut hits);
+            *size += hits.points().len() as u32;
         });
         if uniform {
             // Each has met itself.
@@ -290,68 +296,44 @@ impl<'a> Search<'a> {
         range: Range<usize>,
         offsets: &[u64],
         neighbors: &mut [u32],
-        inverse_lengths: Option<&mut [f64]>,
+        mut inverse_lengths: Option<&mut [f64]>,
     ) -> f64 {
-        let lanes_before = |point: usize| (offsets[point] - offsets[range.start]) as usize * LANES;
+        let (start, mut hits) = (range.start, Hits::new());
+        let lanes_before = |point: usize| (offsets[point] - offsets[start]) as usize * LANES;
         let mut ends = [0; BLOCK];
         for (end, point) in ends.iter_mut().zip(range.clone()) {
             *end = lanes_before(point);
         }
         let mut least = f64::INFINITY;
-        if let Some(inverse_lengths) = inverse_lengths {
-            self.put(range.clone(), &mut ends, |lane, other, squared| {
-                (neighbors[lane], inverse_lengths[lane]) = (other, squared);
-            });
-            for (end, point) in ends.into_iter().zip(range.clone()) {
-                inverse_lengths[end..lanes_before(point + 1)].fill(1.0);
+        self.visit(range.clone(), |point, place, candidates, most| {
+            candidates.find_within(self.simd, place, most, &mut hits);
+            self.keep_bonds(point, &mut hits);
+            least = least.min(hits.least_square(self.simd));
+            let end = &mut ends[point - start];
+            let lanes = *end..*end + hits.points().len();
+            *end = lanes.end;
+            neighbors[lanes.clone()].copy_from_slice(hits.points());
+            if let Some(inverse_lengths) = &mut inverse_lengths {
+                inverse_lengths[lanes].copy_from_slice(hits.inverse_lengths(self.simd));
             }
-            for value in inverse_lengths {
-                least = least.min(*value);
-                *value = inverse_length(*value);
+        });
+        for (end, point) in ends.into_iter().zip(range) {
+            let empty = end..lanes_before(point + 1);
+            neighbors[empty.clone()].fill(point as u32);
+            if let Some(inverse_lengths) = &mut inverse_lengths {
+                inverse_lengths[empty].fill(1.0);
             }
-        } else {
-            self.put(range.clone(), &mut ends, |lane, other, squared| {
-                neighbors[lane] = other;
-                least = least.min(squared);
-            });
-        }
-        for (end, point) in ends.into_iter().zip(range.clone()) {
-            neighbors[end..lanes_before(point + 1)].fill(point as u32);
         }
         least
     }
 
-    /// Calls `put` with the next lane of a point in `ends`, a neighbour and the square of the distance, for the
-    /// points of a range.
-    #[inline(always)]
-    fn put(
-        &self,
-        range: Range<usize>,
-        ends: &mut [usize; BLOCK],
-        mut put: impl FnMut(usize, u32, f64),
-    ) {
-        let (uniform, start) = (self.reach.is_sharp_and_uniform(), range.start);
-        self.visit(range, |point, place, candidates, most| {
-            let mut end = ends[point - start];
-            let mut write = |other, squared| {
-                put(end, other, squared);
-                end += 1;
-            };
-            if uniform {
-                candidates.for_each_within(self.simd, place, most, |other, squared| {
-                    if other as usize != point {
-                        write(other, squared);
-                    }
-                });
-            } else {
-                candidates.for_each_within(self.simd, place, most, |other, squared| {
-                    if self.are_bonded(point, other as usize, squared) {
-                        write(other, squared);
-                    }
-                });
-            }
-            ends[point - start] = end;
-        });
+    /// Of points near another those that it has bonds with.
+    fn keep_bonds(&self, point: usize, hits: &mut Hits) {
+        if self.reach.is_sharp_and_uniform() {
+            hits.forget(point as u32);
+        } else {
+            hits.retain(|other, squared| self.are_bonded(point, other as usize, squared));
+        }
     }
 
     /// Clears the flags of all neighbours of points that are not left out.
@@ -359,10 +341,12 @@ impl<'a> Search<'a> {
         let none = (0..flags.len()).map(|_| AtomicBool::new(false));
         let met = memory::collected(none, PURPOSE)?;
         workers.sweep(flags.len(), (), |range, ()| {
+            let mut hits = Hits::new();
             self.visit(range, |_, place, candidates, most| {
-                candidates.for_each_within(self.simd, place, most, |other, _| {
+                candidates.find_within(self.simd, place, most, &mut hits);
+                for &other in hits.points() {
                     met[other as usize].store(true, Ordering::Relaxed);
-                });
+                }
             });
         });
         for (flag, met) in flags.iter_mut().zip(met) {
@@ -451,15 +435,25 @@ mod tests {
     }
 
     fn found(threads: usize, places: &[Place], horizons: &Property) -> Families {
+        found_by(SimdLevel::Baseline, threads, places, horizons)
+    }
+
+    fn found_by(
+        simd: SimdLevel,
+        threads: usize,
+        places: &[Place],
+        horizons: &Property,
+    ) -> Families {
         let host: Vec<u32> = (0..places.len() as u32).collect();
+        let coordinates = places.iter().flat_map(|place| &place[..3]);
         find(Wanted {
             workers: &Workers::new(threads).unwrap(),
-            simd: SimdLevel::Baseline,
+            simd,
             dimension: 3,
             places: places.to_vec(),
             horizons,
             rim: None,
-            farthest: 1.0,
+            farthest: coordinates.fold(0.0, |farthest, x| x.abs().max(farthest)),
             storage: Storage::Fast,
             lattice: LatticeUse::None,
             host: &host,
@@ -483,6 +477,8 @@ mod tests {
                 })
                 .collect();
             assert_eq!(sorted(&families, i), expected, "point {i}");
+            assert_eq!(families.bond_count(i), expected.len(), "point {i}");
+            assert_eq!(families.is_alone(i), expected.is_empty(), "point {i}");
         }
     }
 
@@ -531,6 +527,29 @@ mod tests {
                 (&one.neighbors, &one.inverse_lengths),
                 (&more.neighbors, &more.inverse_lengths)
             );
+        }
+    }
+
+    #[test]
+    fn the_bits_of_families_do_not_depend_on_the_level() {
+        let places = cloud(3000, 1.0);
+        let of = |simd| found_by(simd, 1, &places, &Property::Uniform(0.13));
+        let lowest = of(SimdLevel::Baseline);
+        for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+            let other = of(level);
+            assert_eq!(lowest.neighbors, other.neighbors);
+            assert_eq!(lowest.inverse_lengths, other.inverse_lengths);
+            assert_eq!(lowest.shortest, other.shortest);
+        }
+        let lengths = (0..3000).flat_map(|point| lowest.bonds(point)).map(|bond| bond.length);
+        assert_eq!(lowest.shortest, lengths.fold(f64::INFINITY, f64::min));
+    }
+
+    #[test]
+    fn bodies_of_any_size_are_searched() {
+        // Squares of the shortest lengths have lost digits.
+        for spread in [1e-160, 1e-144, 1e-100, 1e100, 1e150] {
+            check_against_all_pairs(&cloud(300, spread), &Property::Uniform(0.21 * spread));
         }
     }
 

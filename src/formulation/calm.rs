@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::families::lattice::{Lattice, NOBODY};
 use crate::families::{Families, Place};
 use crate::memory;
-use crate::workers::{BLOCK, PerBlock, Workers, block_count};
+use crate::workers::{BLOCK, PerBlock, block_count};
 
 const PURPOSE: &str = "blocks of points";
 
@@ -115,7 +115,7 @@ impl Calm {
             None => Lists::default(),
         };
         let blocks = block_count(scene.places.len());
-        let shortest = if tests { shortest(scene.workers, scene.families)? } else { 0.0 };
+        let shortest = if tests { shortest(scene.families) } else { 0.0 };
         let extents = memory::filled(Extent::NOTHING, blocks, PURPOSE)?;
         let seen = Mutex::new(Seen { extents, rings: memory::filled(0, blocks, PURPOSE)? });
         Ok(Self { points, seats, shortest, most_rings, seen })
@@ -272,22 +272,12 @@ fn near_seats(lattice: &Lattice, points: &Lists, count: usize) -> Result<Lists> 
 }
 
 /// A length that no bond is below.
-fn shortest(workers: &Workers, families: &Families) -> Result<f64> {
-    let count = families.places.len();
-    let lattice = families.lattice.as_ref();
-    let is_member = |point: usize| lattice.is_some_and(|lattice| lattice.seat_of[point] != NOBODY);
-    let mut shortest = memory::filled(f64::INFINITY, block_count(count), PURPOSE)?;
-    workers.sweep(count, PerBlock(&mut shortest[..]), |range, shortest| {
-        let others = range.filter(|&point| !is_member(point));
-        for bond in others.flat_map(|point| families.bonds(point)) {
-            shortest.0[0] = shortest.0[0].min(bond.length);
-        }
-    });
+fn shortest(families: &Families) -> f64 {
     // Points are off their crossings by next to nothing.
-    let steps = lattice.iter().flat_map(|lattice| &lattice.stencil);
+    let steps = families.lattice.iter().flat_map(|lattice| &lattice.stencil);
     let steps =
         steps.map(|step| (1.0 - 1e-6) * step.reference.map(|x| x * x).iter().sum::<f64>().sqrt());
-    Ok(shortest.into_iter().chain(steps).fold(f64::INFINITY, f64::min))
+    steps.fold(families.shortest, f64::min)
 }
 
 #[cfg(test)]

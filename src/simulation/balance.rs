@@ -208,7 +208,7 @@ impl Simulation {
         for point in 0..self.points.count() {
             let inner = self.points.order().place(point);
             let blocks = plan.families.blocks(inner);
-            let report = if plan.families.bonds(inner).next().is_none() {
+            let report = if plan.families.is_alone(inner) {
                 &mut isolated
             } else if bonds.intact[blocks].iter().all(|&mask| mask == 0) {
                 &mut detached
@@ -252,7 +252,7 @@ impl Simulation {
     /// What building the families can fail with.
     pub fn bond_count(&self) -> Result<u64> {
         let families = &self.built()?.plan.families;
-        let ends = (0..self.points.count()).map(|point| families.bonds(point).count() as u64);
+        let ends = (0..self.points.count()).map(|point| families.bond_count(point) as u64);
         Ok(ends.sum::<u64>() / 2)
     }
 

@@ -440,8 +440,7 @@ fn missed(call: &str, pairs: usize, met: usize) -> Option<String> {
 }
 
 fn isolated_points(plan: &Plan) -> Option<String> {
-    let alone = |&point: &usize| plan.families.bonds(point).next().is_none();
-    let isolated = (0..plan.count()).filter(alone).count();
+    let isolated = (0..plan.count()).filter(|&point| plan.families.is_alone(point)).count();
     (isolated > 0)
         .then(|| format!("{isolated} points have no neighbour within the horizon; they fly free"))
 }

@@ -12,6 +12,33 @@ pub(super) struct Avx2(());
 #[derive(Clone, Copy)]
 pub(super) struct Four(__m256d);
 
+/// Which lanes come to the front: as such, and as halves of numbers.
+#[derive(Clone, Copy)]
+struct Packed {
+    lanes: [u32; 4],
+    halves: [u32; 8],
+}
+
+/// For each choice of lanes those that are chosen.
+const PACKED: [Packed; 16] = {
+    let mut all = [Packed { lanes: [0; 4], halves: [0; 8] }; 16];
+    let mut bits = 0;
+    while bits < 16 {
+        let (mut lane, mut end) = (0, 0);
+        while lane < 4 {
+            if bits >> lane & 1 == 1 {
+                all[bits].lanes[end] = lane;
+                all[bits].halves[2 * end] = 2 * lane;
+                all[bits].halves[2 * end + 1] = 2 * lane + 1;
+                end += 1;
+            }
+            lane += 1;
+        }
+        bits += 1;
+    }
+    all
+};
+
 /// All bits of a lane are set, or none.
 #[derive(Clone, Copy)]
 pub(super) struct Chosen(__m256d);
@@ -97,6 +124,21 @@ impl Simd for Avx2 {
                 Four(_mm256_unpacklo_pd(c, d)),
                 Four(_mm256_unpackhi_pd(c, d)),
             ]
+        }
+    }
+
+    #[inline(always)]
+    fn pack(self, bits: u8, lanes: Four, names: &[u32], numbers: &mut [f64], packed: &mut [u32]) {
+        let (names, numbers, packed) = (&names[..4], &mut numbers[..4], &mut packed[..4]);
+        let order = &PACKED[usize::from(bits & 15)];
+        // SAFETY: the machine has the level, there are four of each, and eight in an order.
+        unsafe {
+            let halves = _mm256_loadu_si256(order.halves.as_ptr().cast());
+            let lanes = _mm256_permutevar8x32_ps(_mm256_castpd_ps(lanes.0), halves);
+            _mm256_storeu_pd(numbers.as_mut_ptr(), _mm256_castps_pd(lanes));
+            let names = _mm_loadu_ps(names.as_ptr().cast());
+            let order = _mm_loadu_si128(order.lanes.as_ptr().cast());
+            _mm_storeu_ps(packed.as_mut_ptr().cast(), _mm_permutevar_ps(names, order));
         }
     }
 }

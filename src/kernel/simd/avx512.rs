@@ -95,6 +95,19 @@ impl Simd for Avx512 {
             ]
         }
     }
+
+    #[inline(always)]
+    fn pack(self, bits: u8, lanes: Eight, names: &[u32], numbers: &mut [f64], packed: &mut [u32]) {
+        let (names, numbers, packed) = (&names[..8], &mut numbers[..8], &mut packed[..8]);
+        // SAFETY: the machine has the level, and there are eight of each.
+        unsafe {
+            let lanes = _mm512_maskz_compress_pd(bits, lanes.0);
+            _mm512_storeu_pd(numbers.as_mut_ptr(), lanes);
+            let names = _mm256_loadu_si256(names.as_ptr().cast());
+            let names = _mm256_maskz_compress_epi32(bits, names);
+            _mm256_storeu_si256(packed.as_mut_ptr().cast(), names);
+        }
+    }
 }
 
 impl Lanes for Eight {

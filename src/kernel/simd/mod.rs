@@ -79,6 +79,29 @@ pub(crate) trait Simd: Copy {
         // SAFETY: as the caller has promised.
         self.each(|k| unsafe { *table.get_unchecked(at[k] as usize) })
     }
+
+    /// Writes the lanes whose bits are set, and the names that stand at these, one after the other to the front of both
+    /// outputs; what is behind them there, up to so many lanes, does not matter. Panics when a slice is shorter than that.
+    #[inline(always)]
+    fn pack(
+        self,
+        bits: u8,
+        lanes: Self::Lanes,
+        names: &[u32],
+        numbers: &mut [f64],
+        packed: &mut [u32],
+    ) {
+        let mut values = [0.0; 8];
+        lanes.store(&mut values);
+        let (names, numbers, packed) =
+            (&names[..Self::WIDTH], &mut numbers[..Self::WIDTH], &mut packed[..Self::WIDTH]);
+        let mut end = 0;
+        for lane in 0..Self::WIDTH {
+            // Written whether set or not, so that nothing is to be guessed.
+            (numbers[end], packed[end]) = (values[lane], names[lane]);
+            end += usize::from(bits >> lane & 1);
+        }
+    }
 }
 
 /// Four numbers of one row: a vector, and what stands behind it.

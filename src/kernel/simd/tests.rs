@@ -115,6 +115,30 @@ fn rows_are_turned_into_columns() {
 }
 
 #[derive(Clone, Copy)]
+struct Packing;
+
+impl Kernel for Packing {
+    type Output = ();
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let names = [10, 11, 12, 13, 14, 15, 16, 17];
+        for choice in 0..1_u16 << S::WIDTH {
+            let (mut numbers, mut packed) = ([0.0; 8], [0; 8]);
+            simd.pack(choice as u8, simd.load(&A), &names, &mut numbers, &mut packed);
+            let chosen = (0..S::WIDTH).filter(|lane| choice >> lane & 1 == 1);
+            for (place, lane) in chosen.enumerate() {
+                assert_eq!((numbers[place], packed[place]), (A[lane], names[lane]));
+            }
+        }
+    }
+}
+
+#[test]
+fn chosen_lanes_are_packed_in_their_order() {
+    on_each_level(Packing);
+}
+
+#[derive(Clone, Copy)]
 struct Roots;
 
 impl Kernel for Roots {
