@@ -8,7 +8,7 @@
 use std::ops::Range;
 
 use super::gradients::{Seats, TakeGradients};
-use super::{Groups, are_whole, masks_of};
+use super::{Groups, Leg, are_whole, masks_of};
 use crate::families::LANES;
 use crate::kernel::gradient::kept_width;
 use crate::kernel::quadrature::Stress;
@@ -97,6 +97,73 @@ fn at<S: Simd>(simd: S, column: &[f64], cell: usize) -> S::Lanes {
     simd.load(unsafe { column.get_unchecked(cell..cell + S::WIDTH) })
 }
 
+/// The middles of the bonds of a step.
+struct Middle<F, const D: usize> {
+    /// H_ij = Hbar + (du - Hbar xi) xi^T/L^2
+    gradient: [[F; D]; D],
+    /// wbar_ij
+    weight: F,
+}
+
+#[inline(always)]
+fn middle<S: Simd, const D: usize, const A: usize>(
+    simd: S,
+    groups: &Groups<'_, D>,
+    halves: &[&[f64]; A],
+    cell: usize,
+    leg: &Leg,
+) -> Middle<S::Lanes, D> {
+    let there = cell.wrapping_add_signed(leg.cells);
+    let mut gradient = [[simd.splat(0.0); D]; D];
+    for row in 0..D {
+        let shifts = groups.shifts[row];
+        let mut unseen = at(simd, shifts, there) - at(simd, shifts, cell);
+        for column in 0..D {
+            let halves = halves[row * D + column];
+            let mean = at(simd, halves, cell) + at(simd, halves, there);
+            gradient[row][column] = mean;
+            unseen = mean.mul_sub_from(simd.splat(leg.reference[column]), unseen);
+        }
+        for column in 0..D {
+            let along = simd.splat(leg.along[column]);
+            gradient[row][column] = unseen.mul_add(along, gradient[row][column]);
+        }
+    }
+    let weights = at(simd, halves[D * D], cell) + at(simd, halves[D * D], there);
+    Middle { gradient, weight: weights * simd.splat(leg.weight) }
+}
+
+impl<F, const D: usize> Pulls<F, D> {
+    /// Adds the bonds of a step, of which a law has made wbar P.
+    #[inline(always)]
+    fn add<S: Simd<Lanes = F>>(&mut self, simd: S, leg: &Leg, stress: &[[F; D]; D])
+    where
+        F: Lanes,
+    {
+        for row in 0..D {
+            let mut pull = stress[row][0] * simd.splat(leg.along[0]);
+            for column in 1..D {
+                pull = stress[row][column].mul_add(simd.splat(leg.along[column]), pull);
+            }
+            self.straight[row] = self.straight[row] + pull;
+            for column in 0..D {
+                let through = self.through[row][column] + stress[row][column];
+                let reference = simd.splat(leg.reference[column]);
+                self.through[row][column] = pull.mul_sub_from(reference, through);
+            }
+        }
+    }
+}
+
+/// Number of the first step from one on that leads to bonds of the points of some lanes, or of steps.
+#[inline(always)]
+fn next_step<const WHOLE: bool>(mut step: usize, masks: &[u8], lanes: u8) -> usize {
+    while !WHOLE && step < masks.len() && masks[step] & lanes == 0 {
+        step += 1;
+    }
+    step
+}
+
 /// Sums over the bonds of `WIDTH` points from a cell on, those of the masks from a lane on. `WHOLE`: there are all bonds.
 #[inline(always)]
 fn sum_up<const WHOLE: bool, S: Simd, const D: usize, const A: usize>(
@@ -109,47 +176,29 @@ fn sum_up<const WHOLE: bool, S: Simd, const D: usize, const A: usize>(
 ) -> Pulls<S::Lanes, D> {
     let zero = simd.splat(0.0);
     let mut pulls = Pulls { through: [[zero; D]; D], straight: [zero; D] };
-    for (leg, bits) in groups.legs.iter().zip(masks) {
-        let there = cell.wrapping_add_signed(leg.cells);
-        let (mut reference, mut along) = ([zero; D], [zero; D]);
-        for axis in 0..D {
-            reference[axis] = simd.splat(leg.reference[axis]);
-            along[axis] = simd.splat(leg.along[axis]);
-        }
-        // Hbar + (du - Hbar xi) xi^T/L^2
-        let mut gradient = [[zero; D]; D];
-        for row in 0..D {
-            let mut unseen =
-                at(simd, groups.shifts[row], there) - at(simd, groups.shifts[row], cell);
-            for column in 0..D {
-                let halves = halves[row * D + column];
-                let mean = at(simd, halves, cell) + at(simd, halves, there);
-                gradient[row][column] = mean;
-                unseen = mean.mul_sub_from(reference[column], unseen);
-            }
-            for column in 0..D {
-                gradient[row][column] = unseen.mul_add(along[column], gradient[row][column]);
-            }
-        }
-        let weights = at(simd, halves[D * D], cell) + at(simd, halves[D * D], there);
-        let weight = weights * simd.splat(leg.weight);
+    let lanes = u8::MAX >> (LANES - S::WIDTH) << lane;
+    let mut step = next_step::<WHOLE>(0, masks, lanes);
+    if step >= masks.len() {
+        return pulls;
+    }
+    let mut ahead = middle(simd, groups, halves, cell, &groups.legs[step]);
+    while step < masks.len() {
+        let (leg, Middle { gradient, weight }) = (&groups.legs[step], ahead);
         let (_, mut stress) = law.weighted(simd, weight, &gradient);
-        for row in 0..D {
-            if !WHOLE {
+        // While the law's answer is made, and multiplied, the next step's bonds are fetched.
+        let next = next_step::<WHOLE>(step + 1, masks, lanes);
+        let following = &groups.legs[next.min(masks.len() - 1)];
+        ahead = middle(simd, groups, halves, cell, following);
+        if !WHOLE {
+            let mask = simd.mask(masks[step] >> lane);
+            for row in 0..D {
                 for column in 0..D {
-                    stress[row][column] = stress[row][column].only(simd.mask(bits >> lane));
+                    stress[row][column] = stress[row][column].only(mask);
                 }
             }
-            let mut pull = stress[row][0] * along[0];
-            for column in 1..D {
-                pull = stress[row][column].mul_add(along[column], pull);
-            }
-            pulls.straight[row] = pulls.straight[row] + pull;
-            for column in 0..D {
-                let through = pulls.through[row][column] + stress[row][column];
-                pulls.through[row][column] = pull.mul_sub_from(reference[column], through);
-            }
         }
+        pulls.add(simd, leg, &stress);
+        step = next;
     }
     pulls
 }
