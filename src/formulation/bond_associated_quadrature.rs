@@ -13,10 +13,12 @@
 
 use super::body::{Body, Link, Weights};
 use super::bond_associated_quadrature_lanes::GRADIENT;
+use super::bond_associated_quadrature_lattice::columns;
 use super::constants;
 use super::correspondence::{add, add_pulls, gradient_at};
 use super::gradient::width;
 use super::kept_rows::KeptRows;
+use super::lattice_rows::LatticeRows;
 use super::laws::{Laws, Sites};
 use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
 use super::state_based::StateBased;
@@ -68,6 +70,8 @@ pub(super) struct Baqp {
     pub(super) laws: Laws,
     pub(super) order: usize,
     pub(super) kept: KeptRows,
+    /// What sweeps over a lattice hold, where the body is one.
+    lattice: Option<LatticeRows>,
 }
 
 fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
@@ -76,6 +80,7 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         laws: Laws::new(materials, Sites::Lanes)?,
         order: materials.models[0].gradient_order(),
         kept: KeptRows::default(),
+        lattice: None,
     };
     Ok(Box::new(StateBased::new(materials, baqp)?))
 }
@@ -315,7 +320,16 @@ impl Passes for Baqp {
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
-        self.kept.refer_to(scene, &self.weights, self.order)
+        self.kept.refer_to(scene, &self.weights, self.order)?;
+        if let Some(lattice) = &scene.families.lattice {
+            let left = columns(scene.dimension);
+            self.lattice = Some(LatticeRows::new(scene, lattice, left)?);
+        }
+        Ok(())
+    }
+
+    fn has_use_for_a_lattice(&self) -> bool {
+        self.fits_lattice()
     }
 
     fn room_of_lanes(&self, points: usize, _: usize, dimension: usize) -> usize {
@@ -336,6 +350,13 @@ impl Passes for Baqp {
         &self,
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
+        if let (Some(lattice), Some(rows)) = (&sweep.scene.families.lattice, &self.lattice) {
+            let on = (lattice, rows);
+            return match D {
+                3 => self.forces_on_lattice::<3, { columns(3) }, 10, 9>(on, sweep),
+                _ => self.forces_on_lattice::<2, { columns(2) }, 5, 4>(on, sweep),
+            };
+        }
         self.swept_forces::<D, SIZE, C>(sweep)
     }
 
@@ -460,6 +481,7 @@ impl Passes for Baqp {
     }
 
     fn bytes(&self) -> usize {
-        self.laws.bytes() + self.kept.bytes()
+        let lattice = self.lattice.as_ref().map_or(0, LatticeRows::bytes);
+        self.laws.bytes() + self.kept.bytes() + lattice
     }
 }

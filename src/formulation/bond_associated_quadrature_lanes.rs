@@ -38,6 +38,21 @@ fn gradient_row<const D: usize, const SIZE: usize>(
     row
 }
 
+/// What the first pass would leave of a point whose family spans the body, from 1/sum w V, its gradient and its rows.
+pub(super) fn left_of<const D: usize>(
+    inverse_weight: f64,
+    gradient: &[f64],
+    rows: &[f64],
+) -> [f64; MOST_LEFT] {
+    let mut numbers = [0.0; MOST_LEFT];
+    (numbers[0], numbers[1]) = (inverse_weight, D as f64);
+    numbers[2..2 + D * D].copy_from_slice(gradient);
+    let whole: Tensor<D> = identity();
+    numbers[2 + D * D..before_rows(D)].copy_from_slice(whole.as_flattened());
+    numbers[before_rows(D)..][..rows.len()].copy_from_slice(rows);
+    numbers
+}
+
 /// Gradients of points that have been swept in lanes, and what is kept of their families.
 struct Swept<'a, const D: usize, const SIZE: usize> {
     baqp: &'a Baqp,
@@ -51,21 +66,12 @@ struct Swept<'a, const D: usize, const SIZE: usize> {
 impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
     /// What the first pass would leave of a point.
     fn left(&self, point: usize) -> [f64; MOST_LEFT] {
-        let mut numbers = [0.0; MOST_LEFT];
         let kept: Point<'_, D, SIZE> = self.kept.at(point);
         if !kept.spans() {
-            let width = before_rows(D) + D * SIZE;
-            self.baqp.prepare_point(&self.body, point, &mut numbers[..width]);
-            return numbers;
+            return self.baqp.prepared(&self.body, point);
         }
-        numbers[0] = kept.inverse_weight();
-        numbers[1] = D as f64;
-        numbers[2..2 + D * D].copy_from_slice(&self.gradients[point][..D * D]);
-        let whole: Tensor<D> = identity();
-        numbers[2 + D * D..before_rows(D)].copy_from_slice(whole.as_flattened());
-        let rows = before_rows(D)..before_rows(D) + D * SIZE;
-        numbers[rows].copy_from_slice(kept.rows().as_flattened());
-        numbers
+        let gradient = &self.gradients[point][..D * D];
+        left_of::<D>(kept.inverse_weight(), gradient, kept.rows().as_flattened())
     }
 
     /// Makes the records of laws, of the points that are wanted.
@@ -207,6 +213,17 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
 }
 
 impl Baqp {
+    /// What the first pass leaves of a point.
+    pub(super) fn prepared<const D: usize>(
+        &self,
+        body: &Body<'_, D>,
+        point: usize,
+    ) -> [f64; MOST_LEFT] {
+        let mut numbers = [0.0; MOST_LEFT];
+        self.prepare_point(body, point, &mut numbers[..Passes::width(self, D)]);
+        numbers
+    }
+
     /// Gradients of the points that are wanted.
     fn swept_gradients<const D: usize, const SIZE: usize>(
         &self,

@@ -10,9 +10,9 @@ use std::f64::consts::PI;
 use super::body::{Body, Link, Weights};
 use super::constants;
 use super::correspondence_lanes::PENALTY_ROW;
-use super::correspondence_lattice::LatticeRows;
 use super::gradient::{Gradient, MOST, monomials, width};
 use super::kept_rows::KeptRows;
+use super::lattice_rows::LatticeRows;
 use super::laws::{Laws, Sites};
 use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
 use super::state_based::StateBased;
@@ -279,7 +279,7 @@ impl Passes for Correspondence {
             self.kept.refer_to(scene, &self.weights, self.order)?;
         }
         if let Some(lattice) = &scene.families.lattice {
-            self.lattice = Some(LatticeRows::new(scene, lattice)?);
+            self.lattice = Some(LatticeRows::new(scene, lattice, scene.dimension.pow(2))?);
         }
         Ok(())
     }

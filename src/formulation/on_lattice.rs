@@ -75,11 +75,20 @@ pub(super) struct Columns<'a, const N: usize> {
     groups: &'a [u32],
 }
 
-impl<const N: usize> Columns<'_, N> {
+impl<'a, const N: usize> Columns<'a, N> {
     /// The same numbers once more.
     pub(super) fn again(&mut self) -> Columns<'_, N> {
         let values = self.values.each_mut().map(|column| &mut **column);
         Columns { values, first: self.first, groups: self.groups }
+    }
+
+    /// So many of the columns, and so many that come after them.
+    pub(super) fn parted<const A: usize, const B: usize>(self) -> (Columns<'a, A>, Columns<'a, B>) {
+        let Self { values, first, groups } = self;
+        let mut values = values.into_iter();
+        let mut next = |_| values.next().unwrap_or_default();
+        let front = Columns { values: std::array::from_fn(&mut next), first, groups };
+        (front, Columns { values: std::array::from_fn(&mut next), first, groups })
     }
 }
 

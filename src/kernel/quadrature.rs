@@ -319,7 +319,19 @@ impl Stress {
         simd: S,
         gradient: &[[S::Lanes; D]; D],
     ) -> (S::Lanes, [[S::Lanes; D]; D]) {
-        let (half_lambda, mu) = (simd.splat(0.5 * self.lambda), simd.splat(self.mu));
+        self.weighted(simd, simd.splat(1.0), gradient)
+    }
+
+    /// The same times a weight.
+    #[inline(always)]
+    pub(super) fn weighted<S: Simd, const D: usize>(
+        &self,
+        simd: S,
+        weight: S::Lanes,
+        gradient: &[[S::Lanes; D]; D],
+    ) -> (S::Lanes, [[S::Lanes; D]; D]) {
+        let half_lambda = simd.splat(0.5 * self.lambda) * weight;
+        let mu = simd.splat(self.mu) * weight;
         let mut second = *gradient;
         for row in 0..D {
             for column in row..D {

@@ -5,15 +5,19 @@
 
 mod bond_based;
 mod correspondence;
+mod gradients;
 mod ordinary_state_based;
+mod quadrature;
 
 use super::simd::{Kernel, Lanes, Mask, Simd};
 use crate::families::LANES;
 use crate::families::lattice::{Lattice, Step};
 
 pub(crate) use bond_based::BondSweep;
-pub(crate) use correspondence::{PullSweep, StressSweep, is_odd, kept_sums};
+pub(crate) use correspondence::{PullSweep, Stresses};
+pub(crate) use gradients::{GroupGradients, KeptSeat, TakeGradients, is_odd};
 pub(crate) use ordinary_state_based::{DilationSweep, Moduli, TensionSweep};
+pub(crate) use quadrature::{BondStressSweep, Halves};
 
 /// A step of the stencil, ready for a sweep.
 #[derive(Debug, Clone, Copy, Default)]
@@ -34,6 +38,8 @@ pub(crate) struct Leg {
     pull: f64,
     /// w L^2
     moment: f64,
+    /// xi/L^2
+    along: [f64; 3],
 }
 
 /// Makes the steps of a stencil ready: `unit` of a length is 1, and beyond (l/L)^2 - 1 = `threshold` bonds come close to
@@ -72,6 +78,7 @@ impl<W: Fn(f64) -> f64> Kernel for Prepare<'_, W> {
                 weighted: reference.map(|along| weight * along),
                 pull: weight * length,
                 moment: weight * squared,
+                along: reference.map(|along| along / squared),
             };
         }
     }

@@ -1,0 +1,131 @@
+//! Bond-associated quadrature points on a body that is a lattice: gradients, middles of bonds and pulls of eight points at
+//! once.
+//!
+//! Points whose families do not span the body leave no number for 1/sum w: sums over bonds with such an end are none
+//! either, and are made by single bonds.
+
+use std::cell::Cell;
+
+use super::Scene;
+use super::body::Body;
+use super::bond_associated_quadrature::{Baqp, before_rows};
+use super::bond_associated_quadrature_lanes::left_of;
+use super::correspondence::gradient_at;
+use super::kept_rows::Order;
+use super::lattice_rows::{Gradients, LatticeRows, Seat, pull};
+use super::on_lattice::{Columns, OnLattice, Parts, masks_as_they_are};
+use super::passes::ForceSweep;
+use crate::families::LANES;
+use crate::families::lattice::Lattice;
+use crate::kernel::lattice::{BondStressSweep, Halves};
+use crate::tensor::{Tensor, product, read, scaled};
+
+/// Columns of the cells: halves of gradients and of 1/sum w, and the tensors that gradients pull with.
+pub(super) const fn columns(dimension: usize) -> usize {
+    2 * dimension * dimension + 1
+}
+
+impl Baqp {
+    /// Whether its sweeps run on a lattice.
+    pub(super) fn fits_lattice(&self) -> bool {
+        self.order == 1 && self.weights.are_shared() && self.stress(3).is_some()
+    }
+
+    /// `A` = `D` x `D` + 1, `N` = `D` x `D`, `M`: both.
+    pub(super) fn forces_on_lattice<
+        const D: usize,
+        const M: usize,
+        const A: usize,
+        const N: usize,
+    >(
+        &self,
+        (lattice, rows): (&Lattice, &LatticeRows),
+        sweep: ForceSweep<'_, '_>,
+    ) -> Option<usize> {
+        let ForceSweep { scene, force, breaking, .. } = sweep;
+        let (omega, law) = (self.kept.omega(scene, &self.weights)?, self.stress(D)?);
+        let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref());
+        let order = Order { order: self.order, looks_twice: true };
+        let any_odd = Cell::new(false);
+        let first = |parts: &mut Parts<'_, D, M>| {
+            let take = |_: &mut [f64], left: Columns<'_, M>, gradients: Gradients<'_, D>| {
+                gradients.give(&mut Halves(left.parted::<A, N>().0.values));
+            };
+            any_odd.set(rows.sweep(&on, scene, (order, omega.horizon), parts, take));
+        };
+        let second = |parts: Parts<'_, D, M>, scene: &Scene<'_>| {
+            let Parts { groups, seats, unit, mut masks, mut forces, left, .. } = parts;
+            let (mut halves, mut tensors) = left.parted::<A, N>();
+            let (kept, body) = (rows.kept(), &Body::<D>::new(scene, &self.weights));
+            if any_odd.get() {
+                let outputs = (forces.again(), halves.again());
+                kept.each_seat(scene, lattice, outputs, |seat: Seat<'_, '_, D, A>| {
+                    if seat.is_odd() {
+                        self.leave_halves(body, seat);
+                    }
+                });
+            }
+            let halves = halves.values.map(|column| &*column);
+            let outputs = (forces.again(), tensors.again(), masks.again());
+            scene.workers.sweep(seats, outputs, |range, (force, left, masks)| {
+                scene.simd.run(BondStressSweep {
+                    groups,
+                    law,
+                    halves,
+                    range: range.start / LANES..range.end / LANES,
+                    masks: masks.0,
+                    kept: kept.numbers(),
+                    force: force.0,
+                    first: left.first,
+                    left: left.values,
+                });
+            });
+            if any_odd.get() {
+                // sum w xi xi^T of the lattice, with lengths in its unit and a volume of 1, over that of the body.
+                let less = lattice.volume * unit * unit;
+                let left = |point: usize| {
+                    let seat = lattice.seat_of[point] as usize;
+                    let (kept, cell) = (kept.at::<D>(seat), lattice.cell(seat));
+                    if !kept.spans {
+                        return self.prepared(body, point);
+                    }
+                    let gradient: [f64; N] = std::array::from_fn(|k| 2.0 * halves[k][cell]);
+                    let rows = scaled(&kept.rows, less.recip());
+                    let inverse_weight = kept.inverse_weight / lattice.volume;
+                    left_of::<D>(inverse_weight, &gradient, rows.as_flattened())
+                };
+                let outputs = (forces.again(), tensors.again());
+                kept.each_seat(scene, lattice, outputs, |mut seat: Seat<'_, '_, D, N>| {
+                    if seat.has_force() {
+                        return;
+                    }
+                    let (straight, through) = self.single_bonds(body, seat.point, left);
+                    let rows: Tensor<D> = read(&left(seat.point)[before_rows(D)..]);
+                    let tensor = scaled(&product(&through, &rows), less);
+                    seat.pull(&tensor, &straight.map(|along| along * unit));
+                });
+            }
+            pull(scene, groups, seats, (forces, masks), tensors);
+            unit.recip()
+        };
+        let influence = |length: f64| omega.at(length);
+        let remaining = masks_as_they_are(scene, breaking);
+        let found = on.sweep(scene, influence, first, second, force, remaining);
+        (found != usize::MAX).then_some(found)
+    }
+
+    /// Of a seat whose gradient is made otherwise.
+    fn leave_halves<const D: usize, const A: usize>(
+        &self,
+        body: &Body<'_, D>,
+        mut seat: Seat<'_, '_, D, A>,
+    ) {
+        let (gradient, displacement_gradient, ..) = gradient_at(body, seat.point, self.order);
+        for (column, value) in displacement_gradient.as_flattened().iter().enumerate() {
+            seat.leave(column, 0.5 * value);
+        }
+        if gradient.shape.rank < D {
+            seat.leave(D * D, f64::NAN);
+        }
+    }
+}
