@@ -33,6 +33,9 @@ use crate::tensor::{
 };
 use std::f64::consts::PI;
 
+/// A force comes from the stresses of bonds of families of families, and these from the families of their ends.
+pub(super) const RINGS: u8 = 3;
+
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     name: "bond_associated_quadrature",
     description: "bond-associated quadrature points (BAQP): a material law at the middle of each bond",
@@ -344,6 +347,10 @@ impl Passes for Baqp {
 
     fn runs_in_lanes(&self, scene: &Scene<'_>) -> bool {
         self.kept.omega(scene, &self.weights).is_some()
+    }
+
+    fn rings(&self, dimension: usize) -> Option<u8> {
+        self.laws.rest_without_stress(dimension).then_some(RINGS)
     }
 
     fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(

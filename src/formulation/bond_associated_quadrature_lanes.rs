@@ -7,7 +7,8 @@
 use std::cell::RefCell;
 
 use super::body::Body;
-use super::bond_associated_quadrature::{Baqp, MOST_LEFT, before_rows};
+use super::bond_associated_quadrature::{Baqp, MOST_LEFT, RINGS, before_rows};
+use super::calm::Look;
 use super::correspondence::gradient_at;
 use super::kept_rows::{Order, Point, Points, Sweep, leave, pull};
 use super::kinematics::Kinematics;
@@ -61,6 +62,8 @@ struct Swept<'a, const D: usize, const SIZE: usize> {
     records: &'a [Record],
     gradients: &'a [[f64; GRADIENT]],
     kept: &'a Points<'a>,
+    /// Where nothing happens.
+    look: Option<&'a Look<'a>>,
 }
 
 impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
@@ -119,6 +122,9 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
         let scene = self.body.scene;
         let outputs = (PerPoint(force, D), PerPoint(left, 1));
         scene.workers.sweep(scene.places.len(), outputs, |range, (force, left)| {
+            if in_lanes::rest(self.look, range.start, RINGS + 1) {
+                return;
+            }
             let (forces, _) = force.0.as_chunks_mut::<D>();
             let first = range.start;
             let finish = |point: usize, through: &Tensor<D>, straight: &Vector<D>, odd: bool| {
@@ -265,12 +271,12 @@ impl Baqp {
         &self,
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        let ForceSweep { scene, room, force, breaking, .. } = sweep;
+        let ForceSweep { scene, room, force, breaking, look } = sweep;
         let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
         let (records, rest) = in_lanes::record::<D>(scene, room.tables);
         let (gradients, rest) = in_lanes::table(rest, count);
         let (left, _) = in_lanes::table::<C>(rest, count);
-        let sweep = Sweep::new(scene, omega, records);
+        let sweep = Sweep::new(scene, omega, records).resting(look, RINGS, 3);
         let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, breaking, |_| true);
         let scene = &in_lanes::remaining(scene, breaking);
         let sweep = Sweep { scene, ..sweep };
@@ -321,7 +327,7 @@ impl Baqp {
         }
         let (records, rest) = in_lanes::record::<D>(scene, room.tables);
         let (gradients, _) = in_lanes::table(rest, scene.places.len());
-        let sweep = Sweep { scene, omega, records };
+        let sweep = Sweep::new(scene, omega, records);
         let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, &mut None, |_| true);
         let values = PerPoint(values, width);
         let then = |swept: &Swept<'_, D, SIZE>| match self.stress(D) {
@@ -354,11 +360,12 @@ impl Baqp {
         wanted: impl Fn(usize) -> bool + Sync,
         then: impl FnOnce(&Swept<'_, D, SIZE>),
     ) {
-        let Sweep { scene, records, .. } = sweep;
+        let Sweep { scene, records, rest, .. } = sweep;
+        let look = rest.map(|(look, _)| look);
         let family = sweep.family();
         let middles = Middles { family, table: Table::new(&family, gradients) };
         let body = Body::new(scene, &self.weights);
-        let swept = Swept { baqp: self, body, middles, records, gradients, kept };
+        let swept = Swept { baqp: self, body, middles, records, gradients, kept, look };
         if !self.laws.remember() {
             return then(&swept);
         }

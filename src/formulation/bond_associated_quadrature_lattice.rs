@@ -5,25 +5,30 @@
 //! either, and are made by single bonds.
 
 use std::cell::Cell;
+use std::ops::Range;
 
 use super::Scene;
 use super::body::Body;
-use super::bond_associated_quadrature::{Baqp, before_rows};
+use super::bond_associated_quadrature::{Baqp, RINGS, before_rows};
 use super::bond_associated_quadrature_lanes::left_of;
 use super::correspondence::gradient_at;
 use super::kept_rows::Order;
 use super::lattice_rows::{Gradients, LatticeRows, Seat, pull};
-use super::on_lattice::{Columns, OnLattice, Parts, masks_as_they_are};
+use super::on_lattice::{Columns, OnLattice, Parts, by_state, masks_as_they_are};
 use super::passes::ForceSweep;
 use crate::families::LANES;
 use crate::families::lattice::Lattice;
 use crate::kernel::lattice::{BondStressSweep, Halves};
 use crate::tensor::{Tensor, product, read, scaled};
+use crate::workers::PerPoint;
 
 /// Columns of the cells: halves of gradients and of 1/sum w, and the tensors that gradients pull with.
 pub(super) const fn columns(dimension: usize) -> usize {
     2 * dimension * dimension + 1
 }
+
+/// Forces, tensors and masks.
+type Outputs<'a, const N: usize> = (PerPoint<'a, f64>, Columns<'a, N>, PerPoint<'a, u8>);
 
 impl Baqp {
     /// Whether its sweeps run on a lattice.
@@ -42,16 +47,16 @@ impl Baqp {
         (lattice, rows): (&Lattice, &LatticeRows),
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        let ForceSweep { scene, force, breaking, .. } = sweep;
+        let ForceSweep { scene, force, breaking, look, .. } = sweep;
         let (omega, law) = (self.kept.omega(scene, &self.weights)?, self.stress(D)?);
-        let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref());
+        let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref(), look);
         let order = Order { order: self.order, looks_twice: true };
         let any_odd = Cell::new(false);
         let first = |parts: &mut Parts<'_, D, M>| {
             let take = |_: &mut [f64], left: Columns<'_, M>, gradients: Gradients<'_, D>| {
                 gradients.give(&mut Halves(left.parted::<A, N>().0.values));
             };
-            any_odd.set(rows.sweep(&on, scene, (order, omega.horizon), parts, take));
+            any_odd.set(rows.sweep(&on, scene, (order, omega.horizon), parts, RINGS + 2, take));
         };
         let second = |parts: Parts<'_, D, M>, scene: &Scene<'_>| {
             let Parts { groups, seats, unit, mut masks, mut forces, left, .. } = parts;
@@ -67,18 +72,24 @@ impl Baqp {
             }
             let halves = halves.values.map(|column| &*column);
             let outputs = (forces.again(), tensors.again(), masks.again());
-            scene.workers.sweep(seats, outputs, |range, (force, left, masks)| {
-                scene.simd.run(BondStressSweep {
-                    groups,
-                    law,
-                    halves,
-                    range: range.start / LANES..range.end / LANES,
-                    masks: masks.0,
-                    kept: kept.numbers(),
-                    force: force.0,
-                    first: left.first,
-                    left: left.values,
-                });
+            scene.workers.sweep(seats, outputs, |range, outputs| {
+                let part = |range: Range<usize>, (force, left, masks): Outputs<'_, N>, rest| {
+                    if rest {
+                        return;
+                    }
+                    scene.simd.run(BondStressSweep {
+                        groups,
+                        law,
+                        halves,
+                        range: range.start / LANES..range.end / LANES,
+                        masks: masks.0,
+                        kept: kept.numbers(),
+                        force: force.0,
+                        first: left.first,
+                        left: left.values,
+                    });
+                };
+                by_state(range, outputs, |group| on.rests(group, RINGS + 1), part);
             });
             if any_odd.get() {
                 // sum w xi xi^T of the lattice, with lengths in its unit and a volume of 1, over that of the body.
@@ -105,7 +116,7 @@ impl Baqp {
                     seat.pull(&tensor, &straight.map(|along| along * unit));
                 });
             }
-            pull(scene, groups, seats, (forces, masks), tensors);
+            pull((&on, scene), groups, (forces, masks), tensors, RINGS);
             unit.recip()
         };
         let influence = |length: f64| omega.at(length);

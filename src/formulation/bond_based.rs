@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use super::body::{Body, ByModel, Link, Weights};
 use super::bond_forces::{self, BondForces, energies, fields};
 use super::bond_laws::{Alike, Common, Limits, Various, close_to};
-use super::calm::Calm;
+use super::calm::{Calm, Look};
 use super::constants;
 use super::on_lattice::{LatticeState, OnLattice};
 use super::ordinary_state_based::extension;
@@ -172,10 +172,15 @@ impl BondBased {
     }
 
     /// The lattice, if the body has one and its bonds are all alike.
-    fn on_lattice<'a>(&'a self, scene: &'a Scene<'a>, law: &Alike<'a>) -> Option<OnLattice<'a>> {
+    fn on_lattice<'a>(
+        &'a self,
+        scene: &'a Scene<'a>,
+        law: &Alike<'a>,
+        look: Option<&'a Look<'a>>,
+    ) -> Option<OnLattice<'a>> {
         let (lattice, state) = (scene.families.lattice.as_ref()?, self.lattice.as_ref()?);
         let Alike { critical, limits, .. } = *law;
-        Some(OnLattice { lattice, state, threshold: close_to(critical), limits })
+        Some(OnLattice { lattice, state, threshold: close_to(critical), limits, look })
     }
 
     fn read_kinematics<const D: usize>(
@@ -286,8 +291,8 @@ impl Formulation for BondBased {
         let various = self.various(scene, rule);
         let bad = match self.alike(scene, rule) {
             Some(law) => {
-                let lattice = self.on_lattice(scene, &law);
                 let look = self.calm.as_ref().map(|calm| calm.look(scene));
+                let lattice = self.on_lattice(scene, &law, look.as_ref());
                 let bonds = BondForces { law, lattice, look: look.as_ref() };
                 forces(scene, &bonds, scratch, force, remaining)
             }

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::Scene;
 use super::bond_laws::Various;
-use super::calm::Look;
-use super::on_lattice::{OnLattice, Parts};
+use super::calm::{Bonds, Look};
+use super::on_lattice::{OnLattice, Parts, by_state};
 use crate::damage::Breaking;
 use crate::families::Bond;
 use crate::families::LANES;
@@ -15,6 +15,9 @@ use crate::kernel::bond_based::{BondLaw, Cloud, EnergySweep, FieldSweep, ForceSw
 use crate::kernel::fields::BondSums;
 use crate::kernel::lattice::{BondSweep, Breaks};
 use crate::workers::{PerPoint, Ragged};
+
+/// Forces, masks, and whether any has broken.
+type Outputs<'a> = (PerPoint<'a, f64>, PerPoint<'a, u8>, PerPoint<'a, bool>);
 
 /// How bonds pull in a sweep.
 pub(super) struct BondForces<'a, L> {
@@ -63,18 +66,21 @@ impl<L: BondLaw> BondForces<'_, L> {
         let first = |parts: &mut Parts<'_, D, 0>| {
             let (groups, judge) = (parts.groups, on.limits);
             let outputs = (parts.forces.again(), parts.masks.again(), parts.broke.again());
-            scene.workers.sweep(parts.seats, outputs, |range, (force, masks, broke)| {
-                let mut look = parts.look;
-                if let Some(calm) = self.look.map(|calm| calm.at_seats(range.start, on.threshold)) {
-                    look &= !calm.are_short;
-                    if calm.rest {
-                        return force.0.fill(0.0);
+            scene.workers.sweep(parts.seats, outputs, |range, outputs| {
+                let part = |range: Range<usize>, (force, masks, broke): Outputs<'_>, calm| {
+                    let mut look = parts.look;
+                    if let Some(Bonds { rest, are_short }) = calm {
+                        look &= !are_short;
+                        if rest {
+                            return force.0.fill(0.0);
+                        }
                     }
-                }
-                let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
-                let range = range.start / LANES..range.end / LANES;
-                let skips_bare = scene.skips.without_bonds;
-                scene.simd.run(BondSweep { groups, range, force: force.0, breaks, skips_bare });
+                    let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
+                    let range = range.start / LANES..range.end / LANES;
+                    let skips_bare = scene.skips.without_bonds;
+                    scene.simd.run(BondSweep { groups, range, force: force.0, breaks, skips_bare });
+                };
+                by_state(range, outputs, |group| on.bonds(group), part);
             });
         };
         let second = |_: Parts<'_, D, 0>, _: &Scene<'_>| self.law.factor() * on.lattice.volume;

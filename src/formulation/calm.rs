@@ -9,7 +9,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::Scene;
 use crate::error::Result;
-use crate::families::lattice::{Lattice, NOBODY};
+use crate::families::lattice::NOBODY;
 use crate::families::{Families, Place};
 use crate::memory;
 use crate::workers::{BLOCK, PerBlock, block_count};
@@ -87,9 +87,7 @@ impl Lists {
 /// Which blocks the bonds of blocks lead to, and how their points have moved.
 #[derive(Debug)]
 pub(super) struct Calm {
-    /// Of each block of points, and of each block of seats on the lattice.
-    points: Lists,
-    seats: Lists,
+    near: Lists,
     /// No bond that can break is shorter.
     shortest: f64,
     /// Rings that anyone asks for.
@@ -97,41 +95,43 @@ pub(super) struct Calm {
     seen: Mutex<Seen>,
 }
 
-/// Displacements, block by block.
+/// Of each block.
 #[derive(Debug)]
 struct Seen {
+    /// Of its displacements.
     extents: Vec<Extent>,
-    /// 0 where bonds do not rest, 1 where those of a block do, 2 where those of the blocks that they lead to do as well, and so
-    /// on.
+    /// How far the ends of one of its bonds can have moved apart.
+    widths: Vec<f64>,
+    /// 0 where its bonds do not rest, 1 where they do, 2 where those of the blocks that they lead to do as well, and so on.
     rings: Vec<u8>,
 }
 
 impl Calm {
     /// `reach`: no bond is longer; `tests`: whether stretch tests may be left out; `most_rings`: what [`Look`] is asked for.
     pub(super) fn new(scene: &Scene<'_>, reach: f64, tests: bool, most_rings: u8) -> Result<Self> {
-        let points = near(scene.places, reach)?;
-        let seats = match &scene.families.lattice {
-            Some(lattice) => near_seats(lattice, &points, scene.places.len())?,
-            None => Lists::default(),
-        };
-        let blocks = block_count(scene.places.len());
+        let near = near(scene.places, reach)?;
         let shortest = if tests { shortest(scene.families) } else { 0.0 };
-        let extents = memory::filled(Extent::NOTHING, blocks, PURPOSE)?;
-        let seen = Mutex::new(Seen { extents, rings: memory::filled(0, blocks, PURPOSE)? });
-        Ok(Self { points, seats, shortest, most_rings, seen })
+        let blocks = block_count(scene.places.len());
+        let seen = Mutex::new(Seen {
+            extents: memory::filled(Extent::NOTHING, blocks, PURPOSE)?,
+            widths: memory::filled(0.0, blocks, PURPOSE)?,
+            rings: memory::filled(0, blocks, PURPOSE)?,
+        });
+        Ok(Self { near, shortest, most_rings, seen })
     }
 
     pub(super) fn bytes(&self) -> usize {
-        let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        let seen = memory::bytes(&seen.extents) + memory::bytes(&seen.rings);
-        self.points.bytes() + self.seats.bytes() + seen
+        let Seen { extents, widths, rings } =
+            &*self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        self.near.bytes() + memory::bytes(extents) + memory::bytes(widths) + memory::bytes(rings)
     }
 
     /// Looks at the displacements of a scene.
     pub(super) fn look(&self, scene: &Scene<'_>) -> Look<'_> {
         let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        let (dimension, extents) = (scene.dimension, PerBlock(&mut seen.extents[..]));
-        scene.workers.sweep(scene.places.len(), extents, |range, extents| {
+        let (count, dimension) = (scene.places.len(), scene.dimension);
+        let extents = PerBlock(&mut seen.extents[..]);
+        scene.workers.sweep(count, extents, |range, extents| {
             let mut extent = Extent::NOTHING;
             let own = &scene.displacement[range.start * dimension..range.end * dimension];
             for shift in own.chunks_exact(dimension) {
@@ -139,9 +139,29 @@ impl Calm {
             }
             extents.0[0] = extent;
         });
-        let mut look = Look { calm: self, skips: scene.skips, seen };
-        look.count_rings();
-        look
+        let Seen { extents, widths, .. } = &mut *seen;
+        scene.workers.sweep(count, PerBlock(&mut widths[..]), |range, widths| {
+            widths.0[0] = width(extents, self.near.of(range.start / BLOCK));
+        });
+        self.judge(scene.skips, seen)
+    }
+
+    fn judge<'a>(&'a self, skips: Skips, mut seen: MutexGuard<'a, Seen>) -> Look<'a> {
+        let Seen { widths, rings, .. } = &mut *seen;
+        for (rings, width) in rings.iter_mut().zip(&*widths) {
+            *rings = u8::from(skips.at_rest && *width == 0.0);
+        }
+        let any_rests = rings.contains(&1);
+        for ring in 2..=if any_rests { self.most_rings } else { 0 } {
+            for block in 0..rings.len() {
+                let mut near = self.near.of(block).iter();
+                if near.all(|&near| rings[near as usize] >= ring - 1) {
+                    rings[block] = ring;
+                }
+            }
+        }
+        let widest = widths.iter().fold(0.0, |widest, width| f64::max(widest, *width));
+        Look { calm: self, skips, seen, any_rests, widest }
     }
 }
 
@@ -150,10 +170,12 @@ pub(super) struct Look<'a> {
     calm: &'a Calm,
     skips: Skips,
     seen: MutexGuard<'a, Seen>,
+    any_rests: bool,
+    widest: f64,
 }
 
-/// What can be said of the bonds of a block.
-#[derive(Debug, Clone, Copy)]
+/// What can be said of the bonds of a block, or of a group of a lattice.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bonds {
     /// Both ends of each have moved alike.
     pub(super) rest: bool,
@@ -164,62 +186,50 @@ pub(super) struct Bonds {
 impl Look<'_> {
     /// Of the block that begins with a point; `threshold`: (l/L)^2 - 1 from which bonds are looked at.
     pub(super) fn at_points(&self, first: usize, threshold: f64) -> Bonds {
-        self.judge(self.calm.points.of(first / BLOCK), threshold)
+        let block = first / BLOCK;
+        Bonds {
+            rest: self.seen.rings[block] > 0,
+            are_short: self.is_short(self.seen.widths[block], threshold),
+        }
     }
 
-    /// Of the block that begins with a seat on the lattice.
-    pub(super) fn at_seats(&self, first: usize, threshold: f64) -> Bonds {
-        self.judge(self.calm.seats.of(first / BLOCK), threshold)
+    /// Of the members of a group.
+    pub(super) fn at_group(&self, members: &[u32], threshold: f64) -> Bonds {
+        let blocks = || blocks_of(members);
+        let are_short = self.is_short(self.widest, threshold)
+            || blocks().all(|block| self.is_short(self.seen.widths[block], threshold));
+        Bonds { rest: self.group_rests(members, 1), are_short }
     }
 
-    /// Whether so many rings, two at least, rest around all points of the block that begins with a point.
-    pub(super) fn rest_around_points(&self, first: usize, rings: u8) -> bool {
+    /// Whether so many rings rest around all points of the block that begins with a point.
+    pub(super) fn block_rests(&self, first: usize, rings: u8) -> bool {
         self.seen.rings[first / BLOCK] >= rings
     }
 
-    /// The same of the block that begins with a seat on the lattice.
-    pub(super) fn rest_around_seats(&self, first: usize, rings: u8) -> bool {
-        let mut blocks = self.calm.seats.of(first / BLOCK).iter();
-        blocks.all(|&block| self.seen.rings[block as usize] >= rings - 1)
+    /// The same around the members of a group.
+    pub(super) fn group_rests(&self, members: &[u32], rings: u8) -> bool {
+        self.any_rests && blocks_of(members).all(|block| self.seen.rings[block] >= rings)
     }
 
-    fn count_rings(&mut self) {
-        if self.calm.most_rings == 0 {
-            return;
-        }
-        for block in 0..self.seen.rings.len() {
-            let rest = self.judge(self.calm.points.of(block), 0.0).rest;
-            self.seen.rings[block] = u8::from(rest);
-        }
-        let rings = &mut self.seen.rings;
-        for ring in 2..=self.calm.most_rings {
-            for block in 0..rings.len() {
-                let mut near = self.calm.points.of(block).iter();
-                if near.all(|&near| rings[near as usize] >= ring - 1) {
-                    rings[block] = ring;
-                }
-            }
-        }
-    }
-
-    fn judge(&self, blocks: &[u32], threshold: f64) -> Bonds {
-        let mut all = Extent::NOTHING;
-        for &block in blocks {
-            all.join(&self.seen.extents[block as usize]);
-        }
-        let mut squared = 0.0;
-        for [low, high] in all.0 {
-            let width = if high >= low { high - low } else { 0.0 };
-            squared += width * width;
-        }
+    /// Whether no bond is to be looked at whose ends have moved apart by no more than that.
+    fn is_short(&self, width: f64, threshold: f64) -> bool {
         // (l/L)^2 - 1 is no more than t (2 + t) at a relative displacement t of L; with room for rounding.
-        let most = squared.sqrt() / self.calm.shortest;
-        let Skips { at_rest, stretch_tests, .. } = self.skips;
-        Bonds {
-            rest: at_rest && squared == 0.0,
-            are_short: stretch_tests && 1.001 * most * (2.0 + most) + 1e-12 < threshold,
-        }
+        let most = width / self.calm.shortest;
+        self.skips.stretch_tests && 1.001 * most * (2.0 + most) + 1e-12 < threshold
     }
+}
+
+/// The blocks of a group's members.
+fn blocks_of(members: &[u32]) -> impl Iterator<Item = usize> {
+    members.iter().filter(|&&member| member != NOBODY).map(|&member| member as usize / BLOCK)
+}
+
+/// How far points of these blocks can have moved apart.
+fn width(extents: &[Extent], blocks: &[u32]) -> f64 {
+    let mut all = Extent::NOTHING;
+    blocks.iter().for_each(|&block| all.join(&extents[block as usize]));
+    let widths = all.0.map(|[low, high]| if high >= low { high - low } else { 0.0 });
+    widths.iter().map(|width| width * width).sum::<f64>().sqrt()
 }
 
 /// The blocks within reach of each block, by the boxes around their points.
@@ -254,23 +264,6 @@ fn near(places: &[Place], reach: f64) -> Result<Lists> {
     Ok(lists)
 }
 
-/// The same of blocks of seats.
-fn near_seats(lattice: &Lattice, points: &Lists, count: usize) -> Result<Lists> {
-    let mut lists = Lists::default();
-    let mut last = memory::filled(u32::MAX, block_count(count), PURPOSE)?;
-    for (number, members) in lattice.members.chunks(BLOCK).enumerate() {
-        for &member in members.iter().filter(|&&member| member != NOBODY) {
-            for &block in points.of(member as usize / BLOCK) {
-                if std::mem::replace(&mut last[block as usize], number as u32) != number as u32 {
-                    memory::push(&mut lists.blocks, block, PURPOSE)?;
-                }
-            }
-        }
-        lists.close()?;
-    }
-    Ok(lists)
-}
-
 /// A length that no bond is below.
 fn shortest(families: &Families) -> f64 {
     // Points are off their crossings by next to nothing.
@@ -286,21 +279,20 @@ mod tests {
 
     fn calm(shortest: f64, moved: &[[f64; 2]]) -> Calm {
         // Blocks in a row, each with the next.
-        let (mut points, last) = (Lists::default(), moved.len() - 1);
+        let (mut near, last) = (Lists::default(), moved.len() - 1);
         for number in 0..moved.len() {
-            points.blocks.extend(number.saturating_sub(1) as u32..=(number + 1).min(last) as u32);
-            points.close().unwrap();
+            near.blocks.extend(number.saturating_sub(1) as u32..=(number + 1).min(last) as u32);
+            near.close().unwrap();
         }
-        let extents = moved.iter().map(|&ends| Extent([ends, [0.0; 2], [0.0; 2]])).collect();
-        let seen = Mutex::new(Seen { extents, rings: vec![0; moved.len()] });
-        Calm { points, seats: Lists::default(), shortest, most_rings: 3, seen }
+        let extents: Vec<_> =
+            moved.iter().map(|&ends| Extent([ends, [0.0; 2], [0.0; 2]])).collect();
+        let widths = (0..moved.len()).map(|number| width(&extents, near.of(number))).collect();
+        let seen = Mutex::new(Seen { extents, widths, rings: vec![0; moved.len()] });
+        Calm { near, shortest, most_rings: 3, seen }
     }
 
     fn look(calm: &Calm) -> Look<'_> {
-        let seen = calm.seen.lock().unwrap();
-        let mut look = Look { calm, skips: Skips::default(), seen };
-        look.count_rings();
-        look
+        calm.judge(Skips::default(), calm.seen.lock().unwrap())
     }
 
     #[test]
@@ -309,8 +301,12 @@ mod tests {
         moved[7] = [0.5, 0.6];
         let calm = calm(1.0, &moved);
         assert_eq!(look(&calm).seen.rings, [3, 3, 3, 3, 2, 1, 0, 0]);
-        let rest = [2, 3].map(|rings| look(&calm).rest_around_points(4 * BLOCK, rings));
+        let rest = [2, 3].map(|rings| look(&calm).block_rests(4 * BLOCK, rings));
         assert_eq!(rest, [true, false]);
+        let members = |blocks: [u32; 2]| blocks.map(|block| block * BLOCK as u32 + 3);
+        let group = |blocks, rings| look(&calm).group_rests(&members(blocks), rings);
+        assert_eq!([group([3, 4], 2), group([3, 4], 3), group([4, 6], 1)], [true, false, false]);
+        assert!(look(&calm).group_rests(&[NOBODY, 0], 3));
     }
 
     #[test]

@@ -309,7 +309,7 @@ impl Correspondence {
         let Some(omega) = self.kept.omega(scene, &self.weights) else { return false };
         let count = scene.places.len();
         let (records, rest) = in_lanes::record::<D>(scene, room.tables);
-        let sweep = Sweep { scene, omega, records };
+        let sweep = Sweep::new(scene, omega, records);
         let shown = |body: &Body<'_, D>, point: usize, gradient: &Tensor<D>, values: &mut [f64]| {
             let deformation = Deformation::whole(gradient);
             let answer = self.laws.answer(body, point, point, &deformation);

@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::Body;
-use super::correspondence::Correspondence;
+use super::correspondence::{Correspondence, RINGS};
 use super::lattice_rows::{Gradients, LatticeRows, Seat, pull};
 use super::on_lattice::{Columns, OnLattice, Parts, masks_as_they_are};
 use super::passes::ForceSweep;
@@ -27,9 +27,9 @@ impl Correspondence {
         (lattice, rows): (&Lattice, &LatticeRows),
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        let ForceSweep { scene, force, breaking, .. } = sweep;
+        let ForceSweep { scene, force, breaking, look, .. } = sweep;
         let omega = self.kept.omega(scene, &self.weights)?;
-        let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref());
+        let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref(), look);
         let bad = AtomicUsize::new(usize::MAX);
         let noted = |point: usize, answer: Answer<D>| {
             if !answer.energy.is_finite() {
@@ -50,7 +50,8 @@ impl Correspondence {
                 gradients.give(&mut stresses);
                 bad.fetch_min(stresses.bad.unwrap_or(usize::MAX), Ordering::Relaxed);
             };
-            any_odd.set(rows.sweep(&on, scene, (self.order(), omega.horizon), parts, take));
+            let order = (self.order(), omega.horizon);
+            any_odd.set(rows.sweep(&on, scene, order, parts, RINGS + 1, take));
         };
         let second = |mut parts: Parts<'_, D, N>, scene: &Scene<'_>| {
             let unit = parts.unit;
@@ -69,8 +70,8 @@ impl Correspondence {
                     seat.pull(&tensor, &[0.0; D]);
                 });
             }
-            let Parts { groups, seats, masks, forces, left, .. } = parts;
-            pull(scene, groups, seats, (forces, masks), left);
+            let Parts { groups, masks, forces, left, .. } = parts;
+            pull((&on, scene), groups, (forces, masks), left, RINGS);
             unit.recip()
         };
         let influence = |length: f64| omega.at(length);

@@ -104,7 +104,7 @@ pub(super) fn break_here<'a>(
 
 /// Whether so many rings rest around the points of a block, which begins with a point.
 pub(super) fn rest(look: Option<&Look<'_>>, first: usize, rings: u8) -> bool {
-    look.is_some_and(|look| look.rest_around_points(first, rings))
+    look.is_some_and(|look| look.block_rests(first, rings))
 }
 
 /// The scene with the bonds that remain.

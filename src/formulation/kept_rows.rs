@@ -147,9 +147,7 @@ impl KeptRows {
                 let breaking = masks
                     .zip(limits)
                     .map(|(masks, limits)| in_lanes::break_here(scene, range.start, masks, limits));
-                if rest
-                    .is_some_and(|(look, [rings, _])| look.rest_around_points(range.start, rings))
-                {
+                if rest.is_some_and(|(look, [rings, _])| look.block_rests(range.start, rings)) {
                     return;
                 }
                 let mut outputs = PointByPoint::new(outputs, range.start);
@@ -342,10 +340,7 @@ impl<'a> Sweep<'a> {
     ) -> Option<usize> {
         let bad = AtomicUsize::new(usize::MAX);
         self.scene.workers.sweep(self.scene.places.len(), PerPoint(force, D), |range, force| {
-            if self
-                .rest
-                .is_some_and(|(look, [_, rings])| look.rest_around_points(range.start, rings))
-            {
+            if self.rest.is_some_and(|(look, [_, rings])| look.block_rests(range.start, rings)) {
                 return force.0.fill(0.0);
             }
             if let Some(point) = part(range, force.0) {

@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::Scene;
 use super::bond_laws::Limits;
 use super::kept_rows::{Order, keep};
-use super::on_lattice::{Columns, LatticeState, OnLattice, Parts};
+use super::on_lattice::{Columns, LatticeState, OnLattice, Parts, by_state};
 use crate::error::Result;
 use crate::families::LANES;
 use crate::families::lattice::{Lattice, NOBODY};
@@ -35,6 +35,14 @@ struct Store {
     numbers: Vec<f64>,
     masks: Vec<u8>,
 }
+
+/// Forces, columns, masks, whether any has broken, and what is kept.
+type Outputs<'a, const N: usize> = (
+    (PerPoint<'a, f64>, Columns<'a, N>),
+    PerPoint<'a, u8>,
+    PerPoint<'a, bool>,
+    (PerPoint<'a, f64>, PerPoint<'a, u8>),
+);
 
 /// What is kept of all groups, as long as nobody changes it.
 pub(super) struct KeptGroups<'a>(MutexGuard<'a, Store>);
@@ -169,7 +177,7 @@ impl LatticeRows {
         KeptGroups(self.kept.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Calls `take` for parts of the groups: with their forces, their columns, and the gradients that are to be made.
+    /// Calls `take` for parts of the groups around which fewer rings rest: with their forces, their columns, and the gradients that are to be made.
     /// Whether there are seats whose gradients are to be made otherwise.
     pub(super) fn sweep<const D: usize, const N: usize>(
         &self,
@@ -177,6 +185,7 @@ impl LatticeRows {
         scene: &Scene<'_>,
         (order, horizon): (Order, f64),
         parts: &mut Parts<'_, D, N>,
+        rings: u8,
         take: impl Fn(&mut [f64], Columns<'_, N>, Gradients<'_, D>) + Sync,
     ) -> bool {
         let any_odd = &AtomicBool::new(false);
@@ -188,10 +197,13 @@ impl LatticeRows {
         let (simd, horizon) = (scene.simd, horizon / parts.unit);
         let outputs = (parts.forces.again(), parts.left.again());
         let outputs = (outputs, parts.masks.again(), parts.broke.again(), kept);
-        scene.workers.sweep(
-            parts.seats,
-            outputs,
-            |range, ((force, left), masks, broke, (numbers, kept_masks))| {
+        scene.workers.sweep(parts.seats, outputs, |range, outputs| {
+            let part = |range: Range<usize>,
+                        ((force, left), masks, broke, (numbers, kept_masks)): Outputs<'_, N>,
+                        rest| {
+                if rest {
+                    return;
+                }
                 let gradients = Gradients {
                     simd,
                     groups,
@@ -204,24 +216,23 @@ impl LatticeRows {
                     any_odd,
                 };
                 take(force.0, left, gradients);
-            },
-        );
+            };
+            by_state(range, outputs, |group| on.rests(group, rings), part);
+        });
         any_odd.load(Ordering::Relaxed)
     }
 }
 
-/// Adds what the gradients of other ends pull by the tensors that all points have left.
+/// Adds what the gradients of other ends pull by the tensors that all points have left, but where so many rings rest.
 pub(super) fn pull<const D: usize, const N: usize>(
-    scene: &Scene<'_>,
+    (on, scene): (&OnLattice<'_>, &Scene<'_>),
     groups: Groups<'_, D>,
-    seats: usize,
     outputs: (PerPoint<'_, f64>, PerPoint<'_, u8>),
     left: Columns<'_, N>,
+    rings: u8,
 ) {
     let left = left.values.map(|column| &*column);
-    scene.workers.sweep(seats, outputs, |range, (force, masks)| {
-        let range = range.start / LANES..range.end / LANES;
-        let (force, masks) = (force.0, &*masks.0);
+    on.pull(scene, on.lattice.members.len(), outputs, rings, |range, force, masks| {
         scene.simd.run(PullSweep { groups, left, range, masks, force });
     });
 }

@@ -3,11 +3,13 @@
 //! The masks of the bonds' lists say which bonds there are; those of the groups follow them. Displacements are copied
 //! to the cells and forces from the groups, so that all else of the body keeps its order.
 
+use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use super::Scene;
 use super::bond_laws::{Limits, close_to};
+use super::calm::{Bonds, Look};
 use crate::damage::{BondsView, Breaking};
 use crate::error::Result;
 use crate::families::lattice::{Lattice, NOBODY};
@@ -50,6 +52,8 @@ pub(super) struct OnLattice<'a> {
     /// (l/L)^2 - 1 of bonds that come close to their limit.
     pub(super) threshold: f64,
     pub(super) limits: Limits<'a>,
+    /// Where nothing happens.
+    pub(super) look: Option<&'a Look<'a>>,
 }
 
 /// What the sweeps over groups read and write; `N`: columns that one leaves for the next.
@@ -173,6 +177,26 @@ pub(super) fn masks_as_they_are<'a>(
     Some(intact)
 }
 
+/// Calls `part` for runs of groups that are in the same state: with their seats, and the part of the outputs that is theirs.
+pub(super) fn by_state<O: Outputs, S: PartialEq>(
+    seats: Range<usize>,
+    outputs: O,
+    state: impl Fn(usize) -> S,
+    mut part: impl FnMut(Range<usize>, O, S),
+) {
+    let (mut first, mut outputs) = (seats.start, outputs);
+    let mut now = state(first / LANES);
+    for seat in seats.clone().step_by(LANES).skip(1) {
+        let next = state(seat / LANES);
+        if next != now {
+            let (own, others) = outputs.split(first, seat);
+            part(first..seat, own, std::mem::replace(&mut now, next));
+            (first, outputs) = (seat, others);
+        }
+    }
+    part(first..seats.end, outputs, now);
+}
+
 /// Copies displacements, over a unit, to the cells.
 fn place<const D: usize>(
     workers: &Workers,
@@ -204,10 +228,48 @@ impl<'a> OnLattice<'a> {
         scene: &'a Scene<'a>,
         (lattice, state): (&'a Lattice, &'a LatticeState),
         breaking: Option<&Breaking<'a>>,
+        look: Option<&'a Look<'a>>,
     ) -> Self {
         let rule = breaking.map(|breaking| breaking.rule);
         let critical = rule.and_then(|rule| rule.uniform()).unwrap_or(f64::INFINITY);
-        Self { lattice, state, threshold: close_to(critical), limits: Limits { scene, rule } }
+        Self { lattice, state, threshold: close_to(critical), limits: Limits { scene, rule }, look }
+    }
+
+    fn members(&self, group: usize) -> &[u32] {
+        &self.lattice.members[group * LANES..][..LANES]
+    }
+
+    /// Whether so many rings rest around a group.
+    pub(super) fn rests(&self, group: usize, rings: u8) -> bool {
+        self.look.is_some_and(|look| look.group_rests(self.members(group), rings))
+    }
+
+    /// The last sweep: `pull` completes the forces of a run of groups by their masks, but for those around which so many rings
+    /// rest, which have none.
+    pub(super) fn pull(
+        &self,
+        scene: &Scene<'_>,
+        seats: usize,
+        outputs: (PerPoint<'_, f64>, PerPoint<'_, u8>),
+        rings: u8,
+        pull: impl Fn(Range<usize>, &mut [f64], &[u8]) + Sync,
+    ) {
+        scene.workers.sweep(seats, outputs, |range, outputs| {
+            let part = |range: Range<usize>,
+                        (force, masks): (PerPoint<'_, f64>, PerPoint<'_, u8>),
+                        rest| {
+                if rest {
+                    return force.0.fill(0.0);
+                }
+                pull(range.start / LANES..range.end / LANES, force.0, masks.0);
+            };
+            by_state(range, outputs, |group| self.rests(group, rings), part);
+        });
+    }
+
+    /// What can be said of the bonds of a group.
+    pub(super) fn bonds(&self, group: usize) -> Option<Bonds> {
+        Some(self.look?.at_group(self.members(group), self.threshold))
     }
 
     /// Forces per volume on the points of the lattice: `first` breaks bonds, and may make what `second` needs, which

@@ -1,12 +1,19 @@
 //! The linear peridynamic solid on a body that is a lattice: dilatations, then tensions, of eight points at once.
 
-use super::on_lattice::{LatticeState, OnLattice, Parts, masks_as_they_are};
+use std::ops::Range;
+
+use super::extension_lanes::RINGS;
+use super::on_lattice::{Columns, LatticeState, OnLattice, Parts, by_state, masks_as_they_are};
 use super::ordinary_state_based::Lps;
 use super::passes::ForceSweep;
-use super::{Scene, extension_lanes, in_lanes};
+use super::{Scene, in_lanes};
 use crate::families::LANES;
 use crate::families::lattice::Lattice;
 use crate::kernel::lattice::{Breaks, DilationSweep, Moduli, TensionSweep};
+use crate::workers::PerPoint;
+
+/// Dilatations, masks, and whether any has broken.
+type Outputs<'a> = (Columns<'a, 2>, PerPoint<'a, u8>, PerPoint<'a, bool>);
 
 impl Lps {
     pub(super) fn forces_on_lattice<const D: usize>(
@@ -15,34 +22,31 @@ impl Lps {
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
         let ForceSweep { scene, force, breaking, look: calm, .. } = sweep;
-        let rest = |first, rings| calm.is_some_and(|calm| calm.rest_around_seats(first, rings));
         let omega = in_lanes::omega(scene, &self.weights)?;
-        let on = OnLattice::breaking(scene, (lattice, state), breaking.as_ref());
+        let on = OnLattice::breaking(scene, (lattice, state), breaking.as_ref(), calm);
         let [kappa, deviatoric] = *self.moduli.at(0);
         let moduli = Moduli { kappa, deviatoric };
         let influence = |length: f64| omega.at(length);
         let first = |parts: &mut Parts<'_, D, 2>| {
             let (groups, look, judge) = (parts.groups, parts.look, on.limits);
             let outputs = (parts.left.again(), parts.masks.again(), parts.broke.again());
-            scene.workers.sweep(parts.seats, outputs, |range, (left, masks, broke)| {
-                if rest(range.start, extension_lanes::RINGS + 1) {
-                    return;
-                }
-                let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
-                let range = range.start / LANES..range.end / LANES;
-                let (first, left) = (left.first, left.values);
-                scene.simd.run(DilationSweep { groups, moduli, range, first, left, breaks });
+            scene.workers.sweep(parts.seats, outputs, |range, outputs| {
+                let part = |range: Range<usize>, (left, masks, broke): Outputs<'_>, rest| {
+                    if rest {
+                        return;
+                    }
+                    let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
+                    let range = range.start / LANES..range.end / LANES;
+                    let (first, left) = (left.first, left.values);
+                    scene.simd.run(DilationSweep { groups, moduli, range, first, left, breaks });
+                };
+                by_state(range, outputs, |group| on.rests(group, RINGS + 1), part);
             });
         };
         let second = |parts: Parts<'_, D, 2>, _: &Scene<'_>| {
             let Parts { groups, seats, unit, masks, forces, left, .. } = parts;
             let left = left.values.map(|column| &*column);
-            scene.workers.sweep(seats, (forces, masks), |range, (force, masks)| {
-                if rest(range.start, extension_lanes::RINGS) {
-                    return force.0.fill(0.0);
-                }
-                let range = range.start / LANES..range.end / LANES;
-                let (force, masks) = (force.0, &*masks.0);
+            on.pull(scene, seats, (forces, masks), RINGS, |range, force, masks| {
                 scene.simd.run(TensionSweep { groups, left, range, masks, force });
             });
             unit.recip()
