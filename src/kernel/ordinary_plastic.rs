@@ -78,11 +78,7 @@ where
                         continue;
                     }
                 }
-                let flowed = match share {
-                    Some(left) => Some([left, product]),
-                    None => None,
-                };
-                finish(point, sums, flowed);
+                finish(point, sums, share.map(|left| [left, product]));
                 break;
             }
         }
