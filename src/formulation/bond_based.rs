@@ -207,15 +207,10 @@ impl BondBased {
             let made = even.unwrap_or_else(|| Kinematics::of_bonds(&body, point, law, tension));
             read(&made, values);
         };
-        let alike = scene.bonds.integrity.is_none() && scene.families.reach.is_sharp_and_uniform();
-        let counts = (!alike).then_some(|point: usize, bond: Bond| {
-            let integrity = scene.bonds.integrity.map_or(1.0, |values| values[bond.slot]);
-            integrity * self.weights.own(scene, point, bond)
-        });
         let values = PerPoint(values, width);
         match self.alike(scene, None) {
-            Some(law) => fields::<D>(scene, law, counts, scratch, values, give),
-            None => fields::<D>(scene, self.various(scene, None), counts, scratch, values, give),
+            Some(law) => fields::<D>(scene, law, scratch, values, give),
+            None => fields::<D>(scene, self.various(scene, None), scratch, values, give),
         }
     }
 

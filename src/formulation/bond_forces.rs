@@ -8,7 +8,6 @@ use super::bond_laws::Various;
 use super::calm::{Bonds, Look};
 use super::on_lattice::{OnLattice, Parts, by_state};
 use crate::damage::Breaking;
-use crate::families::Bond;
 use crate::families::LANES;
 use crate::families::lattice::NOBODY;
 use crate::kernel::bond_based::{BondLaw, Cloud, EnergySweep, FieldSweep, ForceSweep, Record};
@@ -146,12 +145,10 @@ pub(super) fn energies<const D: usize>(
     });
 }
 
-/// Gives the sums of which fields are made to `give`, of all points. `counts`: what a bond counts in the deformation of its
-/// point, where that is not 1.
+/// Gives the sums of which fields are made to `give`, of all points.
 pub(super) fn fields<const D: usize>(
     scene: &Scene<'_>,
     law: impl BondLaw,
-    counts: Option<impl Fn(usize, Bond) -> f64 + Sync>,
     scratch: &mut [f64],
     values: PerPoint<'_, f64>,
     give: impl Fn(usize, &BondSums<f64, D>, &mut [f64]) + Sync,
@@ -161,14 +158,13 @@ pub(super) fn fields<const D: usize>(
     let has_steps = scene.families.lattice.is_some();
     scene.workers.sweep(scene.places.len(), values, |range, PerPoint(values, width)| {
         let first = range.start;
-        let counts = counts.as_ref();
         let finish = |point: usize, sums: &_| {
             give(point, sums, &mut values[(point - first) * width..][..width]);
         };
         if has_steps {
-            scene.simd.run(FieldSweep::<_, _, _, true, D> { cloud, law, counts, range, finish });
+            scene.simd.run(FieldSweep::<_, _, true, D> { cloud, law, range, finish });
         } else {
-            scene.simd.run(FieldSweep::<_, _, _, false, D> { cloud, law, counts, range, finish });
+            scene.simd.run(FieldSweep::<_, _, false, D> { cloud, law, range, finish });
         }
     });
 }

@@ -88,6 +88,10 @@ impl BondLaw for Alike<'_> {
         inverse * volume
     }
     #[inline(always)]
+    fn count<S: Simd>(&self, _: S, _: &Part<'_>, _: S::Lanes, volume: S::Lanes) -> S::Lanes {
+        volume
+    }
+    #[inline(always)]
     fn threshold<S: Simd>(&self, simd: S, _: &Part<'_>) -> S::Lanes {
         simd.splat(close_to(self.critical))
     }
@@ -139,12 +143,7 @@ impl Various<'_> {
         each: impl Fn(Bond) -> f64,
     ) -> S::Lanes {
         let Some(constant) = self.common.bond_constant else {
-            let mut inverses = [1.0; LANES];
-            inverse.store(&mut inverses);
-            return simd.each(|lane| {
-                let neighbor = part.neighbors[lane] as usize;
-                each(Bond { slot: part.slot + lane, neighbor, length: inverses[lane].recip() })
-            });
+            return one_by_one(simd, part, inverse, each);
         };
         let mut stiffness = simd.splat(constant);
         if let Some(correction) = self.correction {
@@ -197,6 +196,22 @@ impl Various<'_> {
     }
 }
 
+/// What `each` gives of bonds with these inverse lengths.
+#[inline(always)]
+fn one_by_one<S: Simd>(
+    simd: S,
+    part: &Part<'_>,
+    inverse: S::Lanes,
+    each: impl Fn(Bond) -> f64,
+) -> S::Lanes {
+    let mut inverses = [1.0; LANES];
+    inverse.store(&mut inverses);
+    simd.each(|lane| {
+        let neighbor = part.neighbors[lane] as usize;
+        each(Bond { slot: part.slot + lane, neighbor, length: inverses[lane].recip() })
+    })
+}
+
 impl BondLaw for Various<'_> {
     #[inline(always)]
     fn factor(&self) -> f64 {
@@ -216,6 +231,27 @@ impl BondLaw for Various<'_> {
         };
         let stiffness = self.stiffnesses::<S, BOTH>(simd, part, inverse, each);
         inverse * volume * stiffness
+    }
+    #[inline(always)]
+    fn count<S: Simd>(
+        &self,
+        simd: S,
+        part: &Part<'_>,
+        inverse: S::Lanes,
+        volume: S::Lanes,
+    ) -> S::Lanes {
+        let count = match self.common.bond_constant {
+            Some(_) => volume,
+            None => {
+                let share =
+                    |bond: Bond| self.families.reach.share(part.point, bond.neighbor, bond.length);
+                volume * one_by_one(simd, part, inverse, share)
+            }
+        };
+        match self.integrity {
+            Some(integrity) => count * simd.load(&integrity[part.slot..]),
+            None => count,
+        }
     }
     #[inline(always)]
     fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes {

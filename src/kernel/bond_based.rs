@@ -64,6 +64,14 @@ pub(crate) trait BondLaw: Copy + Sync {
         inverse: S::Lanes,
         volume: S::Lanes,
     ) -> S::Lanes;
+    /// V_j times what bonds with these inverse lengths count in the deformation of their point.
+    fn count<S: Simd>(
+        &self,
+        simd: S,
+        part: &Part<'_>,
+        inverse: S::Lanes,
+        volume: S::Lanes,
+    ) -> S::Lanes;
     /// (l/L)^2 - 1 beyond which a bond comes close to its limit.
     fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes;
     /// The least of these.
@@ -125,30 +133,27 @@ impl<L: BondLaw, const STEPS: bool, const D: usize> Kernel for EnergySweep<'_, L
 }
 
 /// Gives sums of which fields are made to `finish`, of the points of a range. Lengths are computed.
-pub(crate) struct FieldSweep<'a, L, W, F, const STEPS: bool, const D: usize> {
+pub(crate) struct FieldSweep<'a, L, F, const STEPS: bool, const D: usize> {
     pub(crate) cloud: Cloud<'a>,
     pub(crate) law: L,
-    /// What a bond counts in the deformation of its point, where that is not 1.
-    pub(crate) counts: Option<W>,
     pub(crate) range: Range<usize>,
     pub(crate) finish: F,
 }
 
-impl<L, W, F, const STEPS: bool, const D: usize> Kernel for FieldSweep<'_, L, W, F, STEPS, D>
+impl<L, F, const STEPS: bool, const D: usize> Kernel for FieldSweep<'_, L, F, STEPS, D>
 where
     L: BondLaw,
-    W: Fn(usize, Bond) -> f64,
     F: FnMut(usize, &BondSums<f64, D>),
 {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { cloud, law, counts, range, mut finish } = self;
+        let Self { cloud, law, range, mut finish } = self;
         assert!(STEPS || cloud.families.lattice.is_none());
         let pulls = Pulls::<_, _, true, STEPS>::new(simd, cloud, law, false);
         for point in range {
-            finish(point, &pulls.field_sums::<D>(point, &counts).totals());
+            finish(point, &pulls.field_sums::<D>(point).totals());
         }
     }
 }
@@ -366,11 +371,7 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
     }
 
     #[inline(always)]
-    fn field_sums<const D: usize>(
-        &self,
-        point: usize,
-        counts: &Option<impl Fn(usize, Bond) -> f64>,
-    ) -> BondSums<S::Lanes, D> {
+    fn field_sums<const D: usize>(&self, point: usize) -> BondSums<S::Lanes, D> {
         let Self { simd, cloud, law, .. } = *self;
         let (own, blocks) = (self.own(point), cloud.families.blocks(point));
         let (half, factor) = (simd.splat(0.5), simd.splat(law.factor()));
@@ -383,22 +384,7 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
             let part = self.part(point, first + lane, &mut names);
             let bonds = self.stretched::<D>(&part, &own);
             let Stretched { bond, change, inverse, volume, place, double } = bonds;
-            let weight = match counts {
-                Some(counts) => {
-                    let mut inverses = [1.0; LANES];
-                    inverse.store(&mut inverses);
-                    volume
-                        * simd.each(|lane| {
-                            if bits >> lane & 1 == 0 {
-                                return 0.0;
-                            }
-                            let neighbor = part.neighbors[lane] as usize;
-                            let length = inverses[lane].recip();
-                            counts(point, Bond { slot: part.slot + lane, neighbor, length })
-                        })
-                }
-                None => volume,
-            };
+            let weight = law.count(simd, &part, inverse, volume);
             let pull = law.weight::<S, true>(simd, &part, inverse, volume) * change.shortfall();
             let mut moved = double;
             for moved in &mut moved {

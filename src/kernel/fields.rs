@@ -182,12 +182,11 @@ where
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
                 let mask = simd.mask(family.bits(slot));
                 let stretches = bonds.lengths(simd).stretches(simd, &family);
-                let (pull, flowed) = pull.at(simd, &family, (point, slot), &bonds, stretches);
+                let (pull, mut flowed) = pull.at(simd, &family, (point, slot), &bonds, stretches);
                 let weight = family.weighted(simd, slot, &bonds.reference, bonds.volume).only(mask);
-                let flowed = match flowed {
-                    Some(flowed) => Some((flowed * weight).only(mask)),
-                    None => None,
-                };
+                if let Some(flowed) = &mut flowed {
+                    *flowed = (*flowed * weight).only(mask);
+                }
                 sums.add(&Summand {
                     reference: bonds.reference,
                     moved: bonds.moved,

@@ -63,67 +63,74 @@ where
             let mut pulls = pulls.as_mut().map(|pulls| &mut pulls[from - start..to - start]);
             let moduli = moduli(point);
             // Twice where it flows: asked again at this displacement, it answers with the same bits.
-            let mut flowed = None;
+            let mut share = None;
             loop {
-                let before = if flowed.is_none() { Some(old) } else { None };
-                let [inverse, theta] = elastic::<S, D>(simd, &family, point, before, new);
+                let ([inverse, theta], product) =
+                    elastic::<S, D>(simd, &family, (point, share), old, new);
                 let [kappa, stiffness] = moduli;
                 let pull = [inverse * theta * kappa, inverse * stiffness];
                 let pulls = pulls.as_deref_mut();
                 let squares = deviate::<S, D>(simd, &family, (point, theta), new, (pull, pulls));
                 let sums = Sums { inverse, theta, squares };
-                if flowed.is_none()
-                    && let Some(left) = left(point, sums)
-                {
-                    let product = flow::<S, D>(simd, &family, (point, left), old, new);
-                    flowed = Some([left, product]);
-                    continue;
+                if share.is_none() {
+                    share = left(point, sums);
+                    if share.is_some() {
+                        continue;
+                    }
                 }
-                finish(point, sums, flowed);
+                finish(point, sums, share.map(|left| [left, product]));
                 break;
             }
         }
     }
 }
 
-/// Sets x of a point's bonds to e - p, with p as it was before or as it is, and both to 0 where there is none; gives 1/m
-/// and theta.
+/// Sets x of a point's bonds to e - p, and both to 0 where there is none; p is as it was, or with a share of x that is left
+/// in flow the rest of x comes to it. Gives 1/m and theta, and sum w x dp V.
 #[inline(always)]
 fn elastic<S: Simd, const D: usize>(
     simd: S,
     family: &Family<'_>,
-    point: usize,
-    before: Option<&[Extensions]>,
-    extensions: &mut [Extensions],
-) -> [f64; 2] {
+    (point, left): (usize, Option<f64>),
+    old: &[Extensions],
+    new: &mut [Extensions],
+) -> ([f64; 2], f64) {
     let own = family.own(simd, point);
-    let (mut weighted, mut sum) = (simd.splat(0.0), simd.splat(0.0));
+    let zero = simd.splat(0.0);
+    let (mut weighted, mut sum, mut product) = (zero, zero, zero);
     let (start, end) = family.slots(point);
     for slot in (start..end).step_by(S::WIDTH) {
         let (block, lane) = ((slot - start) / LANES, slot % LANES);
-        let [plastic, elastic] = &mut extensions[block];
-        let plastic_before = match before {
-            Some(before) => simd.load(&before[block][0][lane..]),
-            None => simd.load(&plastic[lane..]),
-        };
+        let [plastic_before, elastic_before] = &old[block];
+        let [plastic, elastic] = &mut new[block];
         let bonds = family.bonds::<S, D>(simd, &own, slot);
         let lengths = bonds.lengths(simd);
         let mask = simd.mask(family.bits(slot));
         let at = lengths.stretches(simd, family);
         let inverse = family.inverse_lengths(simd, slot, &bonds.reference);
         let length = lengths.squared * inverse;
+        let weight = family.weighted(simd, slot, &bonds.reference, bonds.volume);
+        let mut kept = simd.load(&plastic_before[lane..]);
+        if let Some(left) = left {
+            let x = simd.load(&elastic[lane..]);
+            let flowed = simd.splat(1.0 - left) * x;
+            kept = kept + flowed;
+            // By the trapezoid, as all work.
+            let before = simd.load(&elastic_before[lane..]);
+            let mean = simd.splat(0.5) * simd.splat(left).mul_add(x, before);
+            product = product + (weight * mean * flowed).only(mask);
+        }
         // A broken bond is forgotten.
-        let kept = plastic_before.only(mask);
-        let rest = length.mul_add(at.stretch, simd.splat(0.0) - kept).only(mask);
+        kept = kept.only(mask);
+        let rest = length.mul_add(at.stretch, zero - kept).only(mask);
         kept.store(&mut plastic[lane..]);
         rest.store(&mut elastic[lane..]);
-        let weight = family.weighted(simd, slot, &bonds.reference, bonds.volume);
         weighted = weighted + (weight * lengths.squared).only(mask);
         sum = sum + (weight * length * rest).only(mask);
     }
     let weighted = weighted.total();
     let inverse = if weighted > 0.0 { 1.0 / weighted } else { 0.0 };
-    [inverse, D as f64 * inverse * sum.total()]
+    ([inverse, D as f64 * inverse * sum.total()], product.total())
 }
 
 /// Takes theta L/D off x; gives sum w x^2 V, and w (a + b x/L) of `pull` where there is room for it.
@@ -154,35 +161,6 @@ fn deviate<S: Simd, const D: usize>(
         }
     }
     squares.total()
-}
-
-/// Leaves a share of x and adds the rest to p; gives sum w x dp V.
-#[inline(always)]
-fn flow<S: Simd, const D: usize>(
-    simd: S,
-    family: &Family<'_>,
-    (point, left): (usize, f64),
-    old: &[Extensions],
-    new: &mut [Extensions],
-) -> f64 {
-    let own = family.own(simd, point);
-    let mut product = simd.splat(0.0);
-    let [left, lost] = [left, 1.0 - left].map(|share| simd.splat(share));
-    let half = simd.splat(0.5);
-    let (start, end) = family.slots(point);
-    for slot in (start..end).step_by(S::WIDTH) {
-        let (block, lane) = ((slot - start) / LANES, slot % LANES);
-        let [plastic, elastic] = &mut new[block];
-        let AtRest { weight, volume, .. } = AtRest::of::<S, D>(simd, family, &own, slot);
-        let x = simd.load(&elastic[lane..]);
-        let flowed = lost * x;
-        (simd.load(&plastic[lane..]) + flowed).store(&mut plastic[lane..]);
-        // By the trapezoid, as all work.
-        let mean = half * left.mul_add(x, simd.load(&old[block][1][lane..]));
-        let mask = simd.mask(family.bits(slot));
-        product = product + (weight * volume * mean * flowed).only(mask);
-    }
-    product.total()
 }
 
 /// Bonds as they were, which are all masked where there is none.

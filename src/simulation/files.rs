@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::kinematics::is_read;
 use super::{Field, Simulation};
 use crate::error::{Result, argument};
 use crate::memory;
@@ -19,7 +20,20 @@ impl Simulation {
             if fields[..place].contains(&field) {
                 return argument(format!("'fields'[{place}]: {} is named twice", field.name()));
             }
-            contents.push(self.padded(field)?);
+        }
+        // What is read of deformation and stress comes from one sweep.
+        let mut read = memory::reserved(fields.len(), "fields")?;
+        read.extend(fields.iter().filter(|&&field| is_read(field)));
+        let of_bonds = if read.is_empty() { Vec::new() } else { self.kinematics_of(&read)? };
+        let (dimension, count) = (self.points.dimension(), self.points.count());
+        let (mut first, width) = (0, of_bonds.len() / count);
+        for &field in fields {
+            if !is_read(field) {
+                contents.push(self.padded(field)?);
+                continue;
+            }
+            contents.push(self.pad(field, &of_bonds[first..], width)?);
+            first += field.components(dimension);
         }
         let positions = self.padded(Field::Position)?;
         let arrays = fields.iter().zip(&contents).map(|(field, values)| PointArray {
@@ -47,11 +61,18 @@ impl Simulation {
     /// A field in the host's order, with zeros where a body in space has numbers that a plane one has not,
     /// as the file format wants: vectors have 3, tensors 3 rows of 3.
     fn padded(&self, field: Field) -> Result<Vec<f64>> {
-        let (dimension, count) = (self.points.dimension(), self.points.count());
-        let (width, stride) = (field.components(dimension), field.components(3));
-        let mut values = memory::filled(0.0, count * stride, "a field")?;
-        self.get_strided(None, field, &mut values, stride)?;
-        if width == 4 {
+        self.pad(field, &self.inner(field)?, field.components(self.points.dimension()))
+    }
+
+    /// The same from numbers in the inner order, so many a point, of which its own come first.
+    fn pad(&self, field: Field, inner: &[f64], width: usize) -> Result<Vec<f64>> {
+        let (own, stride) = (field.components(self.points.dimension()), field.components(3));
+        let mut values = memory::filled(0.0, self.points.count() * stride, "a field")?;
+        for (point, values) in values.chunks_exact_mut(stride).enumerate() {
+            let from = self.points.order().place(point) * width;
+            values[..own].copy_from_slice(&inner[from..from + own]);
+        }
+        if own == 4 {
             for tensor in values.chunks_exact_mut(stride) {
                 let [xx, xy, yx, yy] = [0, 1, 2, 3].map(|place| tensor[place]);
                 tensor.copy_from_slice(&[xx, xy, 0.0, yx, yy, 0.0, 0.0, 0.0, 0.0]);

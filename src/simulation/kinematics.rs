@@ -12,6 +12,50 @@ use crate::tensor::Tensor;
 impl Simulation {
     /// One of these fields in the inner order.
     pub(super) fn kinematics(&self, field: Field) -> Result<Vec<f64>> {
+        self.kinematics_of(&[field])
+    }
+
+    /// Several of them, one point after the other, by one sweep over the bonds. Shape tensors stand alone.
+    pub(super) fn kinematics_of(&self, fields: &[Field]) -> Result<Vec<f64>> {
+        let dimension = self.points.dimension();
+        for &field in fields {
+            self.check_shown(field)?;
+        }
+        let Built { workers, plan, bonds, .. } = self.built()?;
+        let scene = plan.scene(workers, bonds, &self.state.current.displacement);
+        let width = fields.iter().map(|field| field.components(dimension)).sum::<usize>();
+        let mut values = memory::filled(0.0, self.points.count() * width, PURPOSE)?;
+        if let [field] = fields
+            && let Some(tensor) = shape_tensor(*field)
+        {
+            shape_tensors(&scene, plan.formulation.weights(), tensor, &mut values);
+        } else {
+            let mut scratch = memory::filled(0.0, plan.scratch_of_energies(), PURPOSE)?;
+            plan.formulation.kinematics(&scene, &mut scratch, &mut values, &|at, values| {
+                let mut rest = values;
+                for &field in fields {
+                    let (own, others) = rest.split_at_mut(field.components(dimension));
+                    read(field, dimension, at, own);
+                    rest = others;
+                }
+            });
+        }
+        if let Some(error) = stopped_by_law(plan) {
+            return Err(error);
+        }
+        match values.iter().position(|value| !value.is_finite()) {
+            Some(place) => Err(Error::Numeric(format!(
+                "{} of point {} is not finite: the body is crushed to nothing there, or the material \
+                 does not bear the deformation",
+                field_at(fields, dimension, place % width),
+                self.points.order().host[place / width]
+            ))),
+            None => Ok(values),
+        }
+    }
+
+    /// Refuses fields that the body does not have.
+    fn check_shown(&self, field: Field) -> Result<()> {
         let dimension = self.points.dimension();
         if !field.is_defined(dimension) {
             return Err(Error::Unsupported(format!(
@@ -28,31 +72,34 @@ impl Simulation {
                 field.name()
             )));
         }
-        let Built { workers, plan, bonds, .. } = self.built()?;
-        let scene = plan.scene(workers, bonds, &self.state.current.displacement);
-        let width = field.components(dimension);
-        let mut values = memory::filled(0.0, self.points.count() * width, PURPOSE)?;
-        if let Some(tensor) = shape_tensor(field) {
-            shape_tensors(&scene, plan.formulation.weights(), tensor, &mut values);
-        } else {
-            let mut scratch = memory::filled(0.0, plan.scratch_of_energies(), PURPOSE)?;
-            plan.formulation.kinematics(&scene, &mut scratch, &mut values, &|at, values| {
-                read(field, dimension, at, values);
-            });
-        }
-        if let Some(error) = stopped_by_law(plan) {
-            return Err(error);
-        }
-        match values.iter().position(|value| !value.is_finite()) {
-            Some(place) => Err(Error::Numeric(format!(
-                "{} of point {} is not finite: the body is crushed to nothing there, or the material \
-                 does not bear the deformation",
-                field.name(),
-                self.points.order().host[place / width]
-            ))),
-            None => Ok(values),
-        }
+        Ok(())
     }
+}
+
+/// Whether a field is read of the deformation and stress of points.
+pub(super) fn is_read(field: Field) -> bool {
+    matches!(
+        field,
+        Field::DeformationGradient
+            | Field::Strain
+            | Field::PlasticStrain
+            | Field::EquivalentPlasticStrain
+            | Field::FirstPiolaStress
+            | Field::CauchyStress
+            | Field::Stress33
+            | Field::VonMisesStress
+            | Field::Dilatation
+    )
+}
+
+/// Name of the field that a number of a point belongs to.
+fn field_at(fields: &[Field], dimension: usize, number: usize) -> &'static str {
+    let mut end = 0;
+    let of = fields.iter().find(|field| {
+        end += field.components(dimension);
+        number < end
+    });
+    of.map_or("a field", |field| field.name())
 }
 
 /// The tensor of the families that a field is.

@@ -52,18 +52,6 @@ impl Simulation {
             Field::DissipatedEnergyDensity => {
                 Cow::Owned(self.built()?.dissipated_density(&current.displacement)?)
             }
-            Field::DeformationGradient
-            | Field::Strain
-            | Field::PlasticStrain
-            | Field::EquivalentPlasticStrain
-            | Field::FirstPiolaStress
-            | Field::CauchyStress
-            | Field::Stress33
-            | Field::VonMisesStress
-            | Field::Dilatation
-            | Field::ShapeTensor
-            | Field::MixedShapeTensor
-            | Field::DeformedShapeTensor => Cow::Owned(self.kinematics(field)?),
             Field::NeighborCount => self.per_point(|built, point| {
                 let families = &built.plan.families;
                 families.bonds(point).filter(|bond| families.owns(point, *bond)).count() as f64
@@ -84,6 +72,7 @@ impl Simulation {
                 }
                 values
             }
+            _ => Cow::Owned(self.kinematics(field)?),
         })
     }
 
