@@ -3,6 +3,8 @@
 
 mod critical_stretch;
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use crate::error::Result;
 use crate::families::{Families, LANES, Place};
 use crate::memory;
@@ -18,10 +20,18 @@ const PURPOSE: &str = "bond state";
 pub(crate) struct BondState {
     /// One bit a lane: the bond exists and is not broken.
     pub(crate) intact: Vec<u8>,
+    /// Changes with the masks, unless a rule breaks bonds: other masks have other names.
+    edition: u64,
     /// Integrity of each lane, where the host has set any.
     pub(crate) integrity: Option<Vec<f64>>,
     /// Records of the laws with memory, of the last committed state; empty where no law has one.
     pub(crate) records: Vec<f64>,
+}
+
+/// A name that no masks have had.
+fn next_edition() -> u64 {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed) + 1
 }
 
 /// What a request has changed and may have to give back.
@@ -42,12 +52,13 @@ impl BondState {
             }
         });
         let records = workers.filled(0.0, records, "the memory of materials")?;
-        Ok(Self { intact, integrity: None, records })
+        Ok(Self { intact, edition: next_edition(), integrity: None, records })
     }
 
     pub(crate) fn try_clone(&self) -> Result<Self> {
         Ok(Self {
             intact: memory::copied(&self.intact, PURPOSE)?,
+            edition: self.edition,
             integrity: match &self.integrity {
                 Some(values) => Some(memory::copied(values, PURPOSE)?),
                 None => None,
@@ -76,6 +87,7 @@ impl BondState {
     pub(crate) fn take_back(&mut self, kept: Option<Kept>) {
         if let Some((intact, integrity)) = kept {
             (self.intact, self.integrity) = (intact, integrity);
+            self.edition = next_edition();
         }
     }
 
@@ -85,6 +97,7 @@ impl BondState {
 
     pub(crate) fn break_bond(&mut self, slot: usize) {
         self.intact[slot / LANES] &= !(1 << (slot % LANES));
+        self.edition = next_edition();
     }
 
     /// Integrity of a bond, 0 where it is broken.
@@ -115,6 +128,7 @@ impl BondState {
             self.break_bond(slot);
         } else {
             self.intact[slot / LANES] |= 1 << (slot % LANES);
+            self.edition = next_edition();
             if let Some(values) = &mut self.integrity {
                 values[slot] = value;
             }
@@ -129,8 +143,8 @@ impl BondState {
 
     /// The state as it is, to read from.
     pub(crate) fn view(&self) -> BondsView<'_> {
-        let Self { intact, integrity, records } = self;
-        BondsView { intact, integrity: integrity.as_deref(), records }
+        let Self { intact, edition, integrity, records } = self;
+        BondsView { intact, edition: *edition, integrity: integrity.as_deref(), records }
     }
 
     pub(crate) fn bytes(&self) -> usize {
@@ -144,6 +158,8 @@ impl BondState {
 #[derive(Clone, Copy)]
 pub(crate) struct BondsView<'a> {
     pub(crate) intact: &'a [u8],
+    /// Where no rule breaks bonds, masks of the same edition are the same.
+    pub(crate) edition: u64,
     pub(crate) integrity: Option<&'a [f64]>,
     pub(crate) records: &'a [f64],
 }

@@ -244,7 +244,7 @@ impl Formulation for BondBased {
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
         if let Some(lattice) = &scene.families.lattice {
-            self.lattice = Some(LatticeState::new(scene, lattice, 0)?);
+            self.lattice = Some(LatticeState::new(scene, lattice, 0, self.breaks)?);
         }
         if let Some(reach) = scene.families.reach.uniform_radius()
             && matches!(self.bond_constants, Property::Uniform(_))

@@ -12,8 +12,8 @@ use super::bond_laws::{Limits, close_to};
 use super::calm::{Bonds, Look};
 use crate::damage::{BondsView, Breaking};
 use crate::error::Result;
+use crate::families::LANES;
 use crate::families::lattice::{Lattice, NOBODY};
-use crate::families::{Families, LANES};
 use crate::kernel::lattice::{Groups, Leg, Prepare};
 use crate::memory;
 use crate::workers::{Outputs, PerPoint, Ragged, Workers};
@@ -32,8 +32,10 @@ pub(super) struct LatticeState(Mutex<Held>);
 struct Held {
     /// [`Lattice::row`] masks a group: for each step of the stencil, one bit a point: there is an intact bond.
     masks: Vec<u8>,
-    /// The masks of the bonds' lists that these belong to.
+    /// The masks of the bonds' lists that these belong to, where bonds can break; elsewhere their edition tells.
     followed: Vec<u8>,
+    /// That of the masks these belong to.
+    edition: u64,
     /// Numbers of the cells, column by column: the displacement, and what one sweep leaves for the next.
     columns: Vec<f64>,
     legs: Vec<Leg>,
@@ -109,20 +111,29 @@ impl<const N: usize> Outputs for Columns<'_, N> {
 }
 
 impl LatticeState {
-    /// With room for so many columns that sweeps leave.
-    pub(super) fn new(scene: &Scene<'_>, lattice: &Lattice, left: usize) -> Result<Self> {
+    /// With room for so many columns that sweeps leave; `breaks`: whether bonds can break.
+    pub(super) fn new(
+        scene: &Scene<'_>,
+        lattice: &Lattice,
+        left: usize,
+        breaks: bool,
+    ) -> Result<Self> {
+        let followed = if breaks { scene.families.block_count() } else { 0 };
         let (seats, workers) = (lattice.members.len(), scene.workers);
         let numbers = (scene.dimension + left) * stride(lattice) + SLACK;
         let mut held = Held {
             masks: workers.filled(0, lattice.groups.len() * lattice.row(), PURPOSE)?,
-            followed: workers.filled(0, scene.families.block_count(), PURPOSE)?,
+            followed: workers.filled(0, followed, PURPOSE)?,
+            edition: scene.bonds.edition,
             columns: workers.filled(0.0, numbers, PURPOSE)?,
             legs: memory::filled(Leg::default(), lattice.stencil.len(), PURPOSE)?,
             forces: workers.filled(0.0, seats * scene.dimension, PURPOSE)?,
             broke: workers.filled(false, seats, PURPOSE)?,
-            torn: false,
+            // The masks of groups are still to be made.
+            torn: true,
         };
-        held.follow(lattice, scene.families, scene.bonds.intact);
+        held.follow(scene, lattice);
+        held.torn = false;
         Ok(Self(Mutex::new(held)))
     }
 
@@ -151,7 +162,9 @@ fn unit_of(lattice: &Lattice) -> f64 {
 
 impl Held {
     /// Has the masks of groups say what those of the lists say.
-    fn follow(&mut self, lattice: &Lattice, families: &Families, intact: &[u8]) {
+    fn follow(&mut self, scene: &Scene<'_>, lattice: &Lattice) {
+        let (families, intact) = (scene.families, scene.bonds.intact);
+        let all = self.torn || self.followed.is_empty();
         let of_member = |point: usize| &intact[families.blocks(point)];
         for (group, masks) in self.masks.chunks_exact_mut(lattice.row()).enumerate() {
             let mut members = lattice.members[group * LANES..][..LANES].iter();
@@ -159,11 +172,22 @@ impl Held {
                 let blocks = families.blocks(point as usize);
                 self.followed[blocks.clone()] != intact[blocks]
             };
-            if self.torn || members.any(|point| *point != NOBODY && changed(point)) {
+            if all || members.any(|point| *point != NOBODY && changed(point)) {
                 lattice.turn(group, of_member, masks);
             }
         }
-        self.followed.copy_from_slice(intact);
+        if !self.followed.is_empty() {
+            self.followed.copy_from_slice(intact);
+        }
+        self.edition = scene.bonds.edition;
+    }
+
+    /// Whether the masks of bonds are others than those of the groups.
+    fn is_behind(&self, scene: &Scene<'_>) -> bool {
+        if self.followed.is_empty() {
+            return self.torn || self.edition != scene.bonds.edition;
+        }
+        self.torn || is_changed(scene, &self.followed)
     }
 }
 
@@ -285,11 +309,11 @@ impl<'a> OnLattice<'a> {
         force: &mut [f64],
         mut remaining: Option<&mut [u8]>,
     ) -> usize {
-        let (lattice, workers, families) = (self.lattice, scene.workers, scene.families);
+        let (lattice, workers) = (self.lattice, scene.workers);
         let mut held = self.state.0.lock().unwrap_or_else(|poison| poison.into_inner());
         let held = &mut *held;
-        if held.torn || is_changed(scene, &held.followed) {
-            held.follow(lattice, families, scene.bonds.intact);
+        if held.is_behind(scene) {
+            held.follow(scene, lattice);
         }
         held.torn = true;
         let (unit, threshold) = (unit_of(lattice), self.threshold);

@@ -120,14 +120,15 @@ impl Simulation {
     fn dissipated(&self) -> Result<[f64; 2]> {
         let built = self.built()?;
         let (places, broken) = (built.plan.places(), &built.dissipated[0]);
+        let broken = |point: usize| broken.get(point).copied().unwrap_or(0.0);
         if built.bonds.records.is_empty() {
-            let whole = self.sum_over_points(|point| broken[point] * places[point][3])?;
+            let whole = self.sum_over_points(|point| broken(point) * places[point][3])?;
             return Ok([whole, 0.0]);
         }
         let plastic =
             built.energy_density(&self.state.current.displacement, EnergyPart::Plastic)?;
         Ok([
-            self.sum_over_points(|point| (plastic[point] + broken[point]) * places[point][3])?,
+            self.sum_over_points(|point| (plastic[point] + broken(point)) * places[point][3])?,
             self.sum_over_points(|point| plastic[point] * places[point][3])?,
         ])
     }

@@ -19,7 +19,8 @@ pub(crate) struct Built {
     pub(crate) bonds: BondState,
     /// Masks that the next step is made in; empty when nothing can break.
     pub(crate) next_intact: Vec<u8>,
-    /// Energy per volume that each point has lost by broken bonds, now and in the next step.
+    /// Energy per volume that each point has lost by broken bonds, now and in the next step; empty when nothing can break and
+    /// nothing was broken.
     pub(crate) dissipated: [Vec<f64>; 2],
     /// What a sweep for forces writes aside.
     pub(crate) scratch: Vec<f64>,
@@ -225,6 +226,9 @@ impl Simulation {
         let mut flowed = memory::filled(0.0, flowed_before.len(), "energy")?;
         let mut scratch = memory::filled(0.0, built.plan.scratch_of_energies(), "energy")?;
         let kept = built.bonds.kept_for_a_stop()?;
+        if built.dissipated[0].is_empty() {
+            built.dissipated[0] = built.workers.filled(0.0, before.len(), "dissipated energy")?;
+        }
         let warning = built.carry_out(&request, &points.order().centre)?;
         // What the bonds held is dissipated; what the host adds by raising an integrity is given.
         let Built { workers, plan, bonds, .. } = &mut *built;
@@ -294,12 +298,12 @@ impl Simulation {
         let bonds = BondState::new(&workers, &plan.families, plan.records())?;
         let count = plan.count();
         let masks = if plan.rule.is_some() { plan.families.block_count() } else { 0 };
-        let next = if plan.rule.is_some() { count } else { 0 };
+        let breakable = if plan.rule.is_some() { count } else { 0 };
         let mut built = Built {
             next_intact: workers.filled(0, masks, "bond state")?,
             dissipated: [
-                workers.filled(0.0, count, "dissipated energy")?,
-                workers.filled(0.0, next, "dissipated energy")?,
+                workers.filled(0.0, breakable, "dissipated energy")?,
+                workers.filled(0.0, breakable, "dissipated energy")?,
             ],
             scratch: workers.filled(0.0, plan.scratch(false), "forces")?,
             partial: memory::filled(0.0, block_count(count), "sums")?,
@@ -379,10 +383,10 @@ impl Built {
 
     /// Energy per volume that is not given back: that of broken bonds, and of plastic flow up to a displacement.
     pub(super) fn dissipated_density(&self, displacement: &[f64]) -> Result<Vec<f64>> {
-        if self.bonds.records.is_empty() {
-            return memory::copied(&self.dissipated[0], "energy");
-        }
-        let mut density = self.energy_density(displacement, EnergyPart::Plastic)?;
+        let mut density = match self.bonds.records.is_empty() {
+            true => memory::filled(0.0, self.plan.count(), "energy")?,
+            false => self.energy_density(displacement, EnergyPart::Plastic)?,
+        };
         density
             .iter_mut()
             .zip(&self.dissipated[0])
