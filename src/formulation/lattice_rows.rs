@@ -106,10 +106,10 @@ impl<const D: usize, const N: usize> Seat<'_, '_, D, N> {
     /// Leaves the tensor that its gradient pulls with in columns, and has the force be what it pulls itself and `straight`.
     pub(super) fn pull(&mut self, tensor: &Tensor<D>, straight: &Vector<D>) {
         let own = applied(tensor, &self.kept().sums);
-        for axis in 0..D {
+        for (axis, row) in tensor.iter().enumerate() {
             self.forces[axis * LANES + self.lane] = straight[axis] + own[axis];
-            for column in 0..D {
-                self.leave(axis * D + column, tensor[axis][column]);
+            for (column, value) in row.iter().enumerate() {
+                self.leave(axis * D + column, *value);
             }
         }
     }

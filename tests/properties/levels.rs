@@ -119,7 +119,8 @@ fn mixed() -> Points {
 }
 
 /// Formulations that have sweeps of their own over lattices.
-const ON_LATTICES: [&str; 3] = ["bond_based", "ordinary_state_based", "correspondence"];
+const ON_LATTICES: [&str; 4] =
+    ["bond_based", "ordinary_state_based", "correspondence", "bond_associated_quadrature"];
 
 fn model(formulation: &str, horizon: f64) -> Model {
     let mut model = Model::new(formulation).unwrap();
