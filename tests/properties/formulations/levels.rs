@@ -158,6 +158,29 @@ fn every_level_gives_the_fields_of_single_bonds() {
     check_fields(&fields, 1e-11);
 }
 
+/// bond_based sweeps weakened bonds in lanes, the other goes over them one by one.
+#[test]
+fn bonds_count_in_the_gradient_of_bond_based_as_in_that_of_a_constant_influence() {
+    for body in bodies() {
+        let gradient = |name| {
+            let form = Form { name, order: 1 };
+            let mut simulation = body.changed(form, |model| {
+                if name != "bond_based" {
+                    model.choose("influence", "constant").unwrap();
+                }
+            });
+            let weak: Vec<_> =
+                bonds(&simulation).into_iter().step_by(3).map(|bond| bond.0).collect();
+            simulation.set_bond_integrity(&weak, &vec![0.4; weak.len()]).unwrap();
+            simulation.set(Field::Displacement, &body.shaken()).unwrap();
+            simulation.get(Field::DeformationGradient).unwrap()
+        };
+        let [found, expected] = ["bond_based", "ordinary_state_based"].map(gradient);
+        let error = apart(&found, &expected);
+        assert!(error < 1e-12, "{error}");
+    }
+}
+
 /// Keys and what is chosen for them.
 type Choices = &'static [(&'static str, &'static str)];
 
