@@ -213,6 +213,35 @@ fn lattices_of_all_formulations_break_as_clouds() {
 }
 
 #[test]
+fn what_the_host_breaks_is_lost_to_a_lattice_that_cannot_break() {
+    let points = Points::block(3, &[0.0; 3], &[14.0, 11.0, 9.0], 1.0).unwrap();
+    let displacement = Random(11).around_zero(3 * points.count(), 1e-3);
+    for formulation in ON_LATTICES {
+        let [cloud, lattice] = [false, true].map(|lattices| {
+            let mut simulation = Simulation::new(&points, &model(formulation, 3.015)).unwrap();
+            simulation.set_lattices(lattices).unwrap();
+            simulation.set(Field::Displacement, &displacement).unwrap();
+            simulation.evaluate().unwrap();
+            assert_eq!(simulation.energy().unwrap().dissipated, 0.0);
+            for x in [5.0, 8.0] {
+                let force = simulation.get(Field::InternalForce).unwrap();
+                let plane = [x, -1.0, -1.0, x, 6.0, -1.0, x, 6.0, 12.0, x, -1.0, 12.0];
+                simulation.break_crossing(&plane).unwrap();
+                simulation.evaluate().unwrap();
+                assert_ne!(force, simulation.get(Field::InternalForce).unwrap());
+            }
+            assert!(simulation.energy().unwrap().dissipated > 0.0);
+            simulation
+        });
+        assert_eq!(intact(&cloud), intact(&lattice), "{formulation}");
+        for field in [Field::InternalForce, Field::DissipatedEnergyDensity] {
+            let [a, b] = [&cloud, &lattice].map(|body| body.get(field).unwrap());
+            assert!(distance(&a, &b) < 1e-11, "{formulation}, {field:?}");
+        }
+    }
+}
+
+#[test]
 fn a_lattice_at_rest_or_moved_as_a_whole_has_no_force() {
     let points = Points::block(3, &[0.1; 3], &[1.7, 1.3, 1.2], 0.1).unwrap();
     for (level, formulation) in
