@@ -63,6 +63,18 @@ pub(crate) struct Lattice {
     pub(crate) seat_of: Vec<u32>,
     /// Number of members.
     pub(crate) count: usize,
+    /// Cells from a row to the next.
+    pub(crate) next_row: usize,
+    /// Steps that two points of neighbouring rows take to the same cells.
+    pub(crate) shared: Vec<SharedStep>,
+}
+
+/// A step from a cell, and from the one beside it in the next row, to the same cell: cells from the first, and which step of
+/// the stencil it is for each, or [`NOBODY`] where it is none.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SharedStep {
+    pub(crate) cells: isize,
+    pub(crate) steps: [u32; 2],
 }
 
 /// How crossings are numbered as cells.
@@ -167,6 +179,8 @@ impl Lattice {
             members: Vec::new(),
             seat_of: memory::filled(NOBODY, count, PURPOSE)?,
             count: members,
+            next_row: numbering.strides[1],
+            shared: shared(&steps, numbering.strides[1] as isize)?,
         };
         lattice.seat(|point| whole[point])?;
         Ok(Some(lattice))
@@ -279,6 +293,7 @@ impl Lattice {
 
     pub(crate) fn bytes(&self) -> usize {
         memory::bytes(&self.stencil)
+            + memory::bytes(&self.shared)
             + memory::bytes(&self.doubtful)
             + memory::bytes(&self.point_of)
             + memory::bytes(&self.cell_of)
@@ -286,6 +301,28 @@ impl Lattice {
             + memory::bytes(&self.members)
             + memory::bytes(&self.seat_of)
     }
+}
+
+/// Steps of two points that are so many cells apart, by the cells they lead to.
+fn shared(steps: &[(Step, bool)], apart: isize) -> Result<Vec<SharedStep>> {
+    let mut shared = memory::reserved(2 * steps.len(), PURPOSE)?;
+    let (mut first, mut second) = (0, 0);
+    while first < steps.len() || second < steps.len() {
+        let cells = |step: usize, from: isize| steps.get(step).map(|(step, _)| step.cells + from);
+        let [low, high] = [cells(first, 0), cells(second, apart)];
+        let nearest = low.into_iter().chain(high).fold(isize::MAX, isize::min);
+        let mut both = [NOBODY; 2];
+        if low == Some(nearest) {
+            both[0] = first as u32;
+            first += 1;
+        }
+        if high == Some(nearest) {
+            both[1] = second as u32;
+            second += 1;
+        }
+        shared.push(SharedStep { cells: nearest, steps: both });
+    }
+    Ok(shared)
 }
 
 /// Crossings along an axis that a stencil may reach.

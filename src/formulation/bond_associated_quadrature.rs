@@ -13,7 +13,7 @@
 
 use super::body::{Body, Link, Weights};
 use super::bond_associated_quadrature_lanes::GRADIENT;
-use super::bond_associated_quadrature_lattice::columns;
+use super::bond_associated_quadrature_lattice::{along, columns};
 use super::constants;
 use super::correspondence::{add, add_pulls, gradient_at};
 use super::gradient::width;
@@ -27,6 +27,7 @@ use crate::error::Result;
 use crate::kernel::family::Record;
 use crate::kernel::quadrature::Stress;
 use crate::material::{Across, Answer, Deformation};
+use crate::memory;
 use crate::model::Model;
 use crate::tensor::{
     Tensor, Vector, add_outer, applied, difference, product, read, scaled, sum, zero,
@@ -75,6 +76,8 @@ pub(super) struct Baqp {
     pub(super) kept: KeptRows,
     /// What sweeps over a lattice hold, where the body is one.
     lattice: Option<LatticeRows>,
+    /// xi/L^2 of its steps.
+    pub(super) along: Vec<[f64; 3]>,
 }
 
 fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
@@ -84,6 +87,7 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         order: materials.models[0].gradient_order(),
         kept: KeptRows::default(),
         lattice: None,
+        along: Vec::new(),
     };
     Ok(Box::new(StateBased::new(materials, baqp)?))
 }
@@ -327,6 +331,7 @@ impl Passes for Baqp {
         if let Some(lattice) = &scene.families.lattice {
             let left = columns(scene.dimension);
             self.lattice = Some(LatticeRows::new(scene, lattice, left)?);
+            self.along = along(lattice)?;
         }
         Ok(())
     }
@@ -489,6 +494,6 @@ impl Passes for Baqp {
 
     fn bytes(&self) -> usize {
         let lattice = self.lattice.as_ref().map_or(0, LatticeRows::bytes);
-        self.laws.bytes() + self.kept.bytes() + lattice
+        self.laws.bytes() + self.kept.bytes() + lattice + memory::bytes(&self.along)
     }
 }

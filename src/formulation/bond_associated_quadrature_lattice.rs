@@ -14,12 +14,14 @@ use super::bond_associated_quadrature_lanes::left_of;
 use super::correspondence::gradient_at;
 use super::kept_rows::Order;
 use super::lattice_rows::{Gradients, LatticeRows, Seat, pull};
-use super::on_lattice::{Columns, OnLattice, Parts, by_state, masks_as_they_are};
+use super::on_lattice::{Columns, OnLattice, Parts, by_state, masks_as_they_are, unit_of};
 use super::passes::ForceSweep;
+use crate::error::Result;
 use crate::families::LANES;
-use crate::families::lattice::Lattice;
+use crate::families::lattice::{Lattice, Step};
 use crate::kernel::lattice::{BondStressSweep, Halves};
-use crate::tensor::{Tensor, product, read, scaled};
+use crate::memory;
+use crate::tensor::{Tensor, dot, product, read, scaled};
 use crate::workers::PerPoint;
 
 /// Columns of the cells: halves of gradients and of 1/sum w, and the tensors that gradients pull with.
@@ -29,6 +31,17 @@ pub(super) const fn columns(dimension: usize) -> usize {
 
 /// Forces, tensors and masks.
 type Outputs<'a, const N: usize> = (PerPoint<'a, f64>, Columns<'a, N>, PerPoint<'a, u8>);
+
+/// xi/L^2 of the steps of a lattice, in its unit.
+pub(super) fn along(lattice: &Lattice) -> Result<Vec<[f64; 3]>> {
+    let unit = unit_of(lattice);
+    let along = |step: &Step| {
+        let reference = step.reference.map(|along| along / unit);
+        let square = dot(&reference, &reference);
+        reference.map(|along| along / square)
+    };
+    memory::collected(lattice.stencil.iter().map(along), "lattices")
+}
 
 impl Baqp {
     /// Whether its sweeps run on a lattice.
@@ -80,6 +93,7 @@ impl Baqp {
                     scene.simd.run(BondStressSweep {
                         groups,
                         law,
+                        along: &self.along,
                         halves,
                         range: range.start / LANES..range.end / LANES,
                         masks: masks.0,

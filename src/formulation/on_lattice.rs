@@ -154,7 +154,7 @@ fn stride(lattice: &Lattice) -> usize {
 }
 
 /// A power of two near the lengths of the stencil.
-fn unit_of(lattice: &Lattice) -> f64 {
+pub(super) fn unit_of(lattice: &Lattice) -> f64 {
     let components = lattice.stencil.iter().flat_map(|step| step.reference);
     let longest = components.map(f64::abs).fold(0.0, f64::max);
     longest.log2().floor().exp2()

@@ -5,7 +5,7 @@
 use std::ops::Range;
 
 use super::gradients::{Seats, TakeGradients, is_odd};
-use super::{Groups, are_finite, are_whole, masks_of};
+use super::{Groups, Leg, are_finite, are_whole, masks_of};
 use crate::families::LANES;
 use crate::families::lattice::NOBODY;
 use crate::kernel::quadrature::Stress;
@@ -98,7 +98,17 @@ impl<const D: usize, const N: usize> Kernel for PullSweep<'_, D, N> {
         let cells = groups.lattice.point_of.len();
         assert_eq!(N, D * D);
         assert!(left.iter().all(|column| column.len() == cells));
+        let mut pairs = Pairs { first: range.start, count: range.len(), done: 0 };
         for (number, group) in range.enumerate() {
+            if pairs.is_done(number) {
+                continue;
+            }
+            if S::WIDTH == LANES
+                && let Some(second) = pairs.second(&groups, number)
+            {
+                pull_both::<S, D, N>(simd, &groups, &left, [number, second], (group, masks), force);
+                continue;
+            }
             let force = &mut force[number * D * LANES..(number + 1) * D * LANES];
             let masks = &masks[masks_of(&groups, number)];
             if are_whole(masks) {
@@ -106,6 +116,93 @@ impl<const D: usize, const N: usize> Kernel for PullSweep<'_, D, N> {
             } else {
                 pull::<false, S, D, N>(simd, &groups, &left, group, masks, force);
             }
+        }
+    }
+}
+
+/// Which groups of a range are computed together with that beside them in the next row.
+struct Pairs {
+    first: usize,
+    count: usize,
+    /// A bit for each that was the second of two.
+    done: u128,
+}
+
+impl Pairs {
+    fn is_done(&self, number: usize) -> bool {
+        number < u128::BITS as usize && self.done >> number & 1 != 0
+    }
+
+    /// The group beside another in the next row, if it is in the range.
+    fn second<const D: usize>(&mut self, groups: &Groups<'_, D>, number: usize) -> Option<usize> {
+        let cells = &groups.lattice.groups[self.first..][..self.count.min(u128::BITS as usize)];
+        let beside = *cells.get(number)? as usize + groups.lattice.next_row;
+        let second = number + cells[number..].binary_search(&(beside as u32)).ok()?;
+        self.done |= 1 << second;
+        Some(second)
+    }
+}
+
+/// No step.
+const NOWHERE: Leg = Leg {
+    cells: 0,
+    reference: [0.0; 3],
+    inverse: 0.0,
+    limit: 0.0,
+    weight: 0.0,
+    weighted: [0.0; 3],
+    pull: 0.0,
+    moment: 0.0,
+};
+
+/// The same for two groups of neighbouring rows: each tensor is read once for both. Sums have the same bits.
+#[inline(always)]
+fn pull_both<S: Simd, const D: usize, const N: usize>(
+    simd: S,
+    groups: &Groups<'_, D>,
+    left: &[&[f64]; N],
+    numbers: [usize; 2],
+    (group, masks): (usize, &[u8]),
+    force: &mut [f64],
+) {
+    let (cell, legs) = (groups.cell(group), groups.legs);
+    let [low, high] = numbers.map(|number| &masks[masks_of(groups, number)]);
+    let places = numbers.map(|number| number * D * LANES);
+    let mut sums = [[simd.splat(0.0); D]; 2];
+    for end in 0..2 {
+        for axis in 0..D {
+            sums[end][axis] = simd.load(&force[places[end] + axis * LANES..]);
+        }
+    }
+    for shared in &groups.lattice.shared {
+        let there = cell.wrapping_add_signed(shared.cells);
+        let [first, second] = [shared.steps[0] as usize, shared.steps[1] as usize];
+        let bits = [low.get(first).copied().unwrap_or(0), high.get(second).copied().unwrap_or(0)];
+        let both = [legs.get(first).unwrap_or(&NOWHERE), legs.get(second).unwrap_or(&NOWHERE)];
+        for row in 0..D {
+            let mut pulls = [simd.splat(0.0); 2];
+            for column in 0..D {
+                let tensor = left[row * D + column];
+                debug_assert!(there + S::WIDTH <= tensor.len());
+                // SAFETY: a step of one of the groups leads there: there are cells, as `Groups::new` has seen, and each has
+                // a number, as the sweep has.
+                let tensor = simd.load(unsafe { tensor.get_unchecked(there..there + S::WIDTH) });
+                for end in 0..2 {
+                    let weighted = simd.splat(both[end].weighted[column]);
+                    pulls[end] = match column {
+                        0 => tensor * weighted,
+                        _ => tensor.mul_add(weighted, pulls[end]),
+                    };
+                }
+            }
+            for end in 0..2 {
+                sums[end][row] = sums[end][row] + pulls[end].only(simd.mask(bits[end]));
+            }
+        }
+    }
+    for end in 0..2 {
+        for axis in 0..D {
+            sums[end][axis].store(&mut force[places[end] + axis * LANES..]);
         }
     }
 }

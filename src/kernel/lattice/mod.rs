@@ -38,8 +38,6 @@ pub(crate) struct Leg {
     pull: f64,
     /// w L^2
     moment: f64,
-    /// xi/L^2
-    along: [f64; 3],
 }
 
 /// Makes the steps of a stencil ready: `unit` of a length is 1, and beyond (l/L)^2 - 1 = `threshold` bonds come close to
@@ -78,7 +76,6 @@ impl<W: Fn(f64) -> f64> Kernel for Prepare<'_, W> {
                 weighted: reference.map(|along| weight * along),
                 pull: weight * length,
                 moment: weight * squared,
-                along: reference.map(|along| along / squared),
             };
         }
     }

@@ -37,6 +37,8 @@ impl<const A: usize, const D: usize> TakeGradients<D> for Halves<'_, A> {
 pub(crate) struct BondStressSweep<'a, const D: usize, const A: usize, const N: usize> {
     pub(crate) groups: Groups<'a, D>,
     pub(crate) law: Stress,
+    /// xi/L^2 of each step.
+    pub(crate) along: &'a [[f64; 3]],
     /// Of all cells.
     pub(crate) halves: [&'a [f64]; A],
     pub(crate) range: Range<usize>,
@@ -60,9 +62,10 @@ impl<const D: usize, const A: usize, const N: usize> Kernel for BondStressSweep<
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { groups, law, halves, range, masks, kept, force, mut left, first } = self;
+        let Self { groups, law, along, halves, range, masks, kept, force, mut left, first } = self;
         let cells = groups.lattice.point_of.len();
         assert!(A == D * D + 1 && halves.iter().all(|column| column.len() == cells));
+        assert_eq!(along.len(), groups.legs.len());
         let width = LANES * kept_width(D, D);
         for (number, group) in range.enumerate() {
             let members = &groups.lattice.members[group * LANES..(group + 1) * LANES];
@@ -73,9 +76,9 @@ impl<const D: usize, const A: usize, const N: usize> Kernel for BondStressSweep<
             for lane in (0..LANES).step_by(S::WIDTH) {
                 let at = (groups.cell(group) + lane, lane);
                 let pulls = if whole {
-                    sum_up::<true, S, D, A>(simd, &groups, law, &halves, at, masks)
+                    sum_up::<true, S, D, A>(simd, &groups, (law, along), &halves, at, masks)
                 } else {
-                    sum_up::<false, S, D, A>(simd, &groups, law, &halves, at, masks)
+                    sum_up::<false, S, D, A>(simd, &groups, (law, along), &halves, at, masks)
                 };
                 let place = at.0 - first;
                 let seats = Seats { number, group, lane, place, members, kept };
@@ -111,7 +114,7 @@ fn middle<S: Simd, const D: usize, const A: usize>(
     groups: &Groups<'_, D>,
     halves: &[&[f64]; A],
     cell: usize,
-    leg: &Leg,
+    (leg, along): (&Leg, &[f64; 3]),
 ) -> Middle<S::Lanes, D> {
     let there = cell.wrapping_add_signed(leg.cells);
     let mut gradient = [[simd.splat(0.0); D]; D];
@@ -125,7 +128,7 @@ fn middle<S: Simd, const D: usize, const A: usize>(
             unseen = mean.mul_sub_from(simd.splat(leg.reference[column]), unseen);
         }
         for column in 0..D {
-            let along = simd.splat(leg.along[column]);
+            let along = simd.splat(along[column]);
             gradient[row][column] = unseen.mul_add(along, gradient[row][column]);
         }
     }
@@ -136,14 +139,18 @@ fn middle<S: Simd, const D: usize, const A: usize>(
 impl<F, const D: usize> Pulls<F, D> {
     /// Adds the bonds of a step, of which a law has made wbar P.
     #[inline(always)]
-    fn add<S: Simd<Lanes = F>>(&mut self, simd: S, leg: &Leg, stress: &[[F; D]; D])
-    where
+    fn add<S: Simd<Lanes = F>>(
+        &mut self,
+        simd: S,
+        (leg, along): (&Leg, &[f64; 3]),
+        stress: &[[F; D]; D],
+    ) where
         F: Lanes,
     {
         for row in 0..D {
-            let mut pull = stress[row][0] * simd.splat(leg.along[0]);
+            let mut pull = stress[row][0] * simd.splat(along[0]);
             for column in 1..D {
-                pull = stress[row][column].mul_add(simd.splat(leg.along[column]), pull);
+                pull = stress[row][column].mul_add(simd.splat(along[column]), pull);
             }
             self.straight[row] = self.straight[row] + pull;
             for column in 0..D {
@@ -169,7 +176,7 @@ fn next_step<const WHOLE: bool>(mut step: usize, masks: &[u8], lanes: u8) -> usi
 fn sum_up<const WHOLE: bool, S: Simd, const D: usize, const A: usize>(
     simd: S,
     groups: &Groups<'_, D>,
-    law: Stress,
+    (law, along): (Stress, &[[f64; 3]]),
     halves: &[&[f64]; A],
     (cell, lane): (usize, usize),
     masks: &[u8],
@@ -181,14 +188,15 @@ fn sum_up<const WHOLE: bool, S: Simd, const D: usize, const A: usize>(
     if step >= masks.len() {
         return pulls;
     }
-    let mut ahead = middle(simd, groups, halves, cell, &groups.legs[step]);
+    let mut ahead = middle(simd, groups, halves, cell, (&groups.legs[step], &along[step]));
     while step < masks.len() {
-        let (leg, Middle { gradient, weight }) = (&groups.legs[step], ahead);
+        let Middle { gradient, weight } = ahead;
         let (_, mut stress) = law.weighted(simd, weight, &gradient);
         // While the law's answer is made, and multiplied, the next step's bonds are fetched.
         let next = next_step::<WHOLE>(step + 1, masks, lanes);
-        let following = &groups.legs[next.min(masks.len() - 1)];
-        ahead = middle(simd, groups, halves, cell, following);
+        let following = next.min(masks.len() - 1);
+        let leg = (&groups.legs[following], &along[following]);
+        ahead = middle(simd, groups, halves, cell, leg);
         if !WHOLE {
             let mask = simd.mask(masks[step] >> lane);
             for row in 0..D {
@@ -197,7 +205,7 @@ fn sum_up<const WHOLE: bool, S: Simd, const D: usize, const A: usize>(
                 }
             }
         }
-        pulls.add(simd, leg, &stress);
+        pulls.add(simd, (&groups.legs[step], &along[step]), &stress);
         step = next;
     }
     pulls
