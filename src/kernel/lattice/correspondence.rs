@@ -155,7 +155,7 @@ const NOWHERE: Leg = Leg {
     moment: 0.0,
 };
 
-/// The same for two groups of neighbouring rows: each tensor is read once for both. Sums have the same bits.
+/// Pulls on two groups of neighbouring rows: each tensor is read once for both. Sums have the bits that they have one by one.
 #[inline(always)]
 fn pull_both<S: Simd, const D: usize, const N: usize>(
     simd: S,
@@ -179,30 +179,44 @@ fn pull_both<S: Simd, const D: usize, const N: usize>(
         let [first, second] = [shared.steps[0] as usize, shared.steps[1] as usize];
         let bits = [low.get(first).copied().unwrap_or(0), high.get(second).copied().unwrap_or(0)];
         let both = [legs.get(first).unwrap_or(&NOWHERE), legs.get(second).unwrap_or(&NOWHERE)];
-        for row in 0..D {
-            let mut pulls = [simd.splat(0.0); 2];
-            for column in 0..D {
-                let tensor = left[row * D + column];
-                debug_assert!(there + S::WIDTH <= tensor.len());
-                // SAFETY: a step of one of the groups leads there: there are cells, as `Groups::new` has seen, and each has
-                // a number, as the sweep has.
-                let tensor = simd.load(unsafe { tensor.get_unchecked(there..there + S::WIDTH) });
-                for end in 0..2 {
-                    let weighted = simd.splat(both[end].weighted[column]);
-                    pulls[end] = match column {
-                        0 => tensor * weighted,
-                        _ => tensor.mul_add(weighted, pulls[end]),
-                    };
-                }
-            }
-            for end in 0..2 {
-                sums[end][row] = sums[end][row] + pulls[end].only(simd.mask(bits[end]));
-            }
-        }
+        add_pulls::<false, S, D, N, 2>(simd, left, there, (both, bits), &mut sums);
     }
     for end in 0..2 {
         for axis in 0..D {
             sums[end][axis].store(&mut force[places[end] + axis * LANES..]);
+        }
+    }
+}
+
+/// Adds what the tensors of cells pull by the same step, or by a step each, to the sums of `E` groups: to those of the masks, or
+/// with `WHOLE` to all.
+#[inline(always)]
+fn add_pulls<const WHOLE: bool, S: Simd, const D: usize, const N: usize, const E: usize>(
+    simd: S,
+    left: &[&[f64]; N],
+    there: usize,
+    (legs, bits): ([&Leg; E], [u8; E]),
+    sums: &mut [[S::Lanes; D]; E],
+) {
+    for row in 0..D {
+        let mut pulls = [simd.splat(0.0); E];
+        for column in 0..D {
+            let tensor = left[row * D + column];
+            debug_assert!(there + S::WIDTH <= tensor.len());
+            // SAFETY: a step of a group leads there: there are cells, as `Groups::new` has seen, and each has a number, as
+            // the sweep has.
+            let tensor = simd.load(unsafe { tensor.get_unchecked(there..there + S::WIDTH) });
+            for end in 0..E {
+                let weighted = simd.splat(legs[end].weighted[column]);
+                pulls[end] = match column {
+                    0 => tensor * weighted,
+                    _ => tensor.mul_add(weighted, pulls[end]),
+                };
+            }
+        }
+        for end in 0..E {
+            let pull = if WHOLE { pulls[end] } else { pulls[end].only(simd.mask(bits[end])) };
+            sums[end][row] = sums[end][row] + pull;
         }
     }
 }
@@ -218,32 +232,17 @@ fn pull<const WHOLE: bool, S: Simd, const D: usize, const N: usize>(
 ) {
     for lane in (0..LANES).step_by(S::WIDTH) {
         let cell = groups.cell(group) + lane;
-        let mut sum = [simd.splat(0.0); D];
+        let mut sums = [[simd.splat(0.0); D]];
         for axis in 0..D {
-            sum[axis] = simd.load(&force[axis * LANES + lane..]);
+            sums[0][axis] = simd.load(&force[axis * LANES + lane..]);
         }
         for (leg, bits) in groups.legs.iter().zip(masks) {
             let there = cell.wrapping_add_signed(leg.cells);
-            let mask = simd.mask(bits >> lane);
-            for row in 0..D {
-                let mut pull = simd.splat(0.0);
-                for column in 0..D {
-                    let tensor = left[row * D + column];
-                    debug_assert!(there + S::WIDTH <= tensor.len());
-                    // SAFETY: there are cells, as `Groups::new` has seen, and each has a number, as the sweep has.
-                    let tensor =
-                        simd.load(unsafe { tensor.get_unchecked(there..there + S::WIDTH) });
-                    let weighted = simd.splat(leg.weighted[column]);
-                    pull = match column {
-                        0 => tensor * weighted,
-                        _ => tensor.mul_add(weighted, pull),
-                    };
-                }
-                sum[row] = sum[row] + if WHOLE { pull } else { pull.only(mask) };
-            }
+            let step = ([leg], [bits >> lane]);
+            add_pulls::<WHOLE, S, D, N, 1>(simd, left, there, step, &mut sums);
         }
         for axis in 0..D {
-            sum[axis].store(&mut force[axis * LANES + lane..]);
+            sums[0][axis].store(&mut force[axis * LANES + lane..]);
         }
     }
 }
