@@ -35,6 +35,9 @@ pub const BODIES: [Body; 3] = [
     Body { name: "100", counts: [100, 100, 100] },
 ];
 
+/// For two threads over one, where a step is short.
+pub const SMALL: Body = Body { name: "20", counts: [20, 20, 20] };
+
 /// How the points stand: by name, and how far off a lattice at most, in spacings.
 #[derive(Clone, Copy)]
 pub struct Arrangement {

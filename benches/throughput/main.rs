@@ -1,5 +1,5 @@
 //! Where the speed stands: `make bench` prints one table over formulations, arrangements, bodies, threads and damage, and what
-//! the plain loops of `naive` do in turns with the same bodies. `make bench BENCH="bond_based cloud 50"` runs a part.
+//! the plain loops of `naive` do in turns with the same bodies. `make bench BENCH="bond_based cloud 50"` runs a part, `BENCH=threads` two threads against one, from bodies of 8000 points on.
 //!
 //! Whole velocity Verlet steps in which nothing breaks. Stepping begins with the stable step, many evaluations of the forces:
 //! where these are slow, they are timed alone and the line has a star. A body is left out where even that takes too long or
@@ -28,10 +28,15 @@ const LONGEST_SWEEP: f64 = 2.5;
 /// Rounds in which a plain loop and the library take turns.
 const ROUNDS: usize = 11;
 
+/// Formulations of which two threads are compared with one in turns.
+const THREADED: [&str; 4] =
+    ["bond_based", "ordinary_state_based", "correspondence", "bond_associated_quadrature"];
+
 fn main() {
     let formulations: Vec<&str> = FORMULATIONS.iter().map(|entry| entry.name).collect();
-    let (arrangements, bodies) = (common::arrangement_names(), common::body_names());
-    let kinds = ["table", "naive", "branching"];
+    let arrangements = common::arrangement_names();
+    let bodies = [common::body_names(), vec![common::SMALL.name]].concat();
+    let kinds = ["table", "naive", "branching", "threads"];
     let choice = Choice::from_arguments(&[&formulations, &arrangements, &bodies, &kinds]);
     let chosen = |formulation: &str, arrangement: &str, body: &str| {
         choice.has(&formulations, formulation)
@@ -80,6 +85,18 @@ fn main() {
     }
     if choice.has(&kinds, "branching") {
         branching();
+    }
+    if choice.has(&kinds, "threads") {
+        println!("\nTwo threads over one, with damage, in turns, medians of {ROUNDS} rounds");
+        for formulation in THREADED {
+            for arrangement in ARRANGEMENTS {
+                for body in [common::SMALL, BODIES[0], BODIES[2]] {
+                    if chosen(formulation, arrangement.name, body.name) {
+                        two_over_one(formulation, arrangement, body);
+                    }
+                }
+            }
+        }
     }
     if choice.has(&kinds, "naive") {
         println!(
@@ -196,6 +213,31 @@ fn measure(
         (cell.bytes, cell.bond_bytes) = (memory.total() as f64, memory.bonds as f64);
     }
     Ok(cell)
+}
+
+/// Steps on two threads and on one take turns with the same body.
+fn two_over_one(formulation: &str, arrangement: common::Arrangement, body: Body) {
+    let points = common::points(&common::coordinates(body, arrangement));
+    let mut simulation = common::simulation(&points, formulation, true, 2).unwrap();
+    // The stable step is found first.
+    let step = seconds_a_step(&mut simulation, 1).min(seconds_a_step(&mut simulation, 1));
+    let steps = (0.05 / step).clamp(1.0, 200.0) as u64;
+    let mut times = [Vec::new(), Vec::new()];
+    for _ in 0..ROUNDS {
+        for threads in [1, 2] {
+            simulation.set_threads(threads).unwrap();
+            times[threads - 1].push(seconds_a_step(&mut simulation, steps));
+        }
+    }
+    let [one, two] = times.map(|times| common::least_and_median(times)[1]);
+    println!(
+        "{formulation:<27}{:<8}{:>6} {:>10.3}{:>10.3} ms {:>6.2}",
+        arrangement.name,
+        body.name,
+        1e3 * one,
+        1e3 * two,
+        one / two
+    );
 }
 
 /// What growing cracks cost: the same plate with and without damage, in turns, from the start until the crack has branched.
