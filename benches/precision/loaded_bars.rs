@@ -1,9 +1,9 @@
 //! Bars in tension: that of [P] 5.1, and example II of [B].
 
-use perion::{Result, Simulation, SolveOptions};
+use perion::{Result, Simulation};
 
 use super::bars::{FORCE, LENGTH, MODULUS, PulledBar, TractionBar, bar_strain, mean_along};
-use super::{Answer, Method, Problem, Resolution};
+use super::{Answer, Method, Problem, Resolution, budget};
 
 pub const TRACTION: Problem = Problem {
     name: "traction_bar",
@@ -52,6 +52,6 @@ fn hyperelastic(method: Method, Resolution { across, ratio }: Resolution) -> Res
 /// Solves a body on one thread, and asks it for its error.
 pub fn solved(mut body: Simulation, error: impl FnOnce(&Simulation) -> f64) -> Result<Answer> {
     body.set_threads(1)?;
-    let evaluations = body.solve(&SolveOptions::default())?.evaluations;
+    let evaluations = body.solve(&budget())?.evaluations;
     Ok(Answer { error: error(&body).abs(), evaluations, body })
 }

@@ -11,7 +11,7 @@ mod wave;
 
 use std::time::Instant;
 
-use perion::{Model, Result, Simulation};
+use perion::{Model, Result, Simulation, SolveOptions};
 
 /// A formulation, with its usual influence, and with or without the correction of its surface.
 #[derive(Clone, Copy, PartialEq)]
@@ -72,6 +72,16 @@ impl Method {
     fn choose(&self, model: &mut Model) -> Result<()> {
         bars::choose_usual_influence(model, self.formulation)?;
         self.correction.map_or(Ok(()), |correction| model.choose("surface_correction", correction))
+    }
+}
+
+/// One load step of at most 6000 products, so that what has soft modes ends.
+pub fn budget() -> SolveOptions {
+    SolveOptions {
+        smallest_load_step: 1.0,
+        iterations: 10,
+        products: 600,
+        ..SolveOptions::default()
     }
 }
 

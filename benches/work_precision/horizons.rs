@@ -5,9 +5,10 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use perion::{Result, SolveOptions};
+use perion::Result;
 
 use crate::precision::bars::TractionBar;
+use crate::precision::budget;
 
 pub const NAME: &str = "traction_bar_horizons";
 
@@ -16,16 +17,6 @@ const FORMULATIONS: [&str; 4] =
     ["bond_based", "ordinary_state_based", "bond_associated_quadrature", "correspondence"];
 const ACROSS: [usize; 3] = [5, 10, 20];
 const RATIOS: [usize; 6] = [2, 3, 4, 5, 6, 7];
-
-/// One load step of at most 6000 products.
-fn budget() -> SolveOptions {
-    SolveOptions {
-        smallest_load_step: 1.0,
-        iterations: 10,
-        products: 600,
-        ..SolveOptions::default()
-    }
-}
 
 /// Writes what `picture --series` draws, a row for each bar that was solved, of these formulations and points across (of all, if
 /// none are named).

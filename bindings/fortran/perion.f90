@@ -1610,9 +1610,9 @@ module perion
     !> Finds the equilibrium under the conditions at the current time by adaptive dynamic relaxation: a
     !> damped motion with masses of its own, of one force a step, for bodies whose linear systems are hard
     !> to solve. The result counts as one completed step, at which the body is at rest; the time stands
-    !> still. The object of set_progress is told of each step of the motion, with the number of steps that
-    !> it may take at most as the total, and sees the body as it was; the log hears of the residual every
-    !> hundred steps. The report tells what was done, also of a run that failed on its way.
+    !> still. The object of set_progress is told after each force of the motion how many steps it has
+    !> made and, as the total, may come to, as it looks then; it sees the body as it was, in the last call at
+    !> rest. The log hears of the residual every hundred steps. The report tells what was done, also of a run that failed on its way.
     !>
     !> ERROR_ARGUMENT: an option out of range. ERROR_STATE: a velocity is prescribed. ERROR_CONVERGENCE:
     !> the steps did not lead there. ERROR_INTERRUPTED: a callback stopped. A failure leaves the simulation as the last completed step left it.

@@ -1457,8 +1457,10 @@ module perion_c
     !> displacements over the first steps. Bonds that the equilibrium would break are broken for good, and the body relaxes
     !> again. The result counts as one completed step, at which the body is at rest; the time stands still. NULL options are
     !> the defaults. The report, unless NULL, tells what was done, also of a run that failed; it may bring room for the
-    !> residuals and the energies of the motion. The progress callback is told of each step of the motion, with the number of steps
-    !> that it may take at most as the total, and sees the body as it was; the log is told of the residual every hundred steps.
+    !> residuals and the energies of the motion. The progress callback is told after each force of the motion how many steps it has
+    !> made
+    !> and, as the total, may come to, as it looks then; it sees the body as it was, in the last call at rest. The log is told of
+    !> the residual every hundred steps.
     !>
     !> ERROR_ARGUMENT: an option out of range, struct_size not set. ERROR_STATE: a velocity is prescribed.
     !> ERROR_CONVERGENCE: the steps did not lead there; the text has reason and residuals. ERROR_INTERRUPTED: a callback

@@ -190,6 +190,15 @@ impl Families {
         slots.filter_map(move |slot| self.bond(point, &lanes, slot))
     }
 
+    /// A length that no bond is below, and the shortest is next to; infinite without any.
+    pub(crate) fn shortest_bond(&self) -> f64 {
+        // Points are off their crossings by next to nothing.
+        let steps = self.lattice.iter().flat_map(|lattice| &lattice.stencil);
+        let lengths = steps
+            .map(|step| (1.0 - 1e-6) * step.reference.map(|x| x * x).iter().sum::<f64>().sqrt());
+        lengths.fold(self.shortest, f64::min)
+    }
+
     /// How many bonds a point has, broken or not.
     pub(crate) fn bond_count(&self, point: usize) -> usize {
         match self.lanes(point) {

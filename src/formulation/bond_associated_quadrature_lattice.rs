@@ -62,14 +62,19 @@ impl Baqp {
     ) -> Option<usize> {
         let ForceSweep { scene, force, breaking, look, .. } = sweep;
         let (omega, law) = (self.kept.omega(scene, &self.weights)?, self.stress(D)?);
-        let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref(), look);
+        let on = OnLattice::breaking(
+            scene,
+            (lattice, &rows.state),
+            breaking.as_ref(),
+            look.map(|look| (look, RINGS)),
+        );
         let order = Order { order: self.order, looks_twice: true };
         let any_odd = Cell::new(false);
         let first = |parts: &mut Parts<'_, D, M>| {
             let take = |_: &mut [f64], left: Columns<'_, M>, gradients: Gradients<'_, D>| {
                 gradients.give(&mut Halves(left.parted::<A, N>().0.values));
             };
-            any_odd.set(rows.sweep(&on, scene, (order, omega.horizon), parts, RINGS + 2, take));
+            any_odd.set(rows.sweep(&on, scene, (order, omega.horizon), parts, 2, take));
         };
         let second = |parts: Parts<'_, D, M>, scene: &Scene<'_>| {
             let Parts { groups, seats, unit, mut masks, mut forces, left, .. } = parts;
@@ -103,7 +108,7 @@ impl Baqp {
                         left: left.values,
                     });
                 };
-                by_state(range, outputs, |group| on.rests(group, RINGS + 1), part);
+                by_state(range, outputs, |group| on.rests(group, 1), part);
             });
             if any_odd.get() {
                 // sum w xi xi^T of the lattice, with lengths in its unit and a volume of 1, over that of the body.
@@ -130,7 +135,7 @@ impl Baqp {
                     seat.pull(&tensor, &straight.map(|along| along * unit));
                 });
             }
-            pull((&on, scene), groups, (forces, masks), tensors, RINGS);
+            pull((&on, scene), groups, (forces, masks), tensors);
             unit.recip()
         };
         let influence = |length: f64| omega.at(length);

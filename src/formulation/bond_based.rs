@@ -180,7 +180,13 @@ impl BondBased {
     ) -> Option<OnLattice<'a>> {
         let (lattice, state) = (scene.families.lattice.as_ref()?, self.lattice.as_ref()?);
         let Alike { critical, limits, .. } = *law;
-        Some(OnLattice { lattice, state, threshold: close_to(critical), limits, look })
+        Some(OnLattice {
+            lattice,
+            state,
+            threshold: close_to(critical),
+            limits,
+            look: look.map(|look| (look, 1)),
+        })
     }
 
     fn read_kinematics<const D: usize>(

@@ -9,8 +9,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::Scene;
 use crate::error::Result;
+use crate::families::Place;
 use crate::families::lattice::NOBODY;
-use crate::families::{Families, Place};
 use crate::memory;
 use crate::workers::{BLOCK, PerBlock, block_count};
 
@@ -110,7 +110,7 @@ impl Calm {
     /// `reach`: no bond is longer; `tests`: whether stretch tests may be left out; `most_rings`: what [`Look`] is asked for.
     pub(super) fn new(scene: &Scene<'_>, reach: f64, tests: bool, most_rings: u8) -> Result<Self> {
         let near = near(scene.places, reach)?;
-        let shortest = if tests { shortest(scene.families) } else { 0.0 };
+        let shortest = if tests { scene.families.shortest_bond() } else { 0.0 };
         let blocks = block_count(scene.places.len());
         let seen = Mutex::new(Seen {
             extents: memory::filled(Extent::NOTHING, blocks, PURPOSE)?,
@@ -228,8 +228,13 @@ fn blocks_of(members: &[u32]) -> impl Iterator<Item = usize> {
 fn width(extents: &[Extent], blocks: &[u32]) -> f64 {
     let mut all = Extent::NOTHING;
     blocks.iter().for_each(|&block| all.join(&extents[block as usize]));
-    let widths = all.0.map(|[low, high]| if high >= low { high - low } else { 0.0 });
-    widths.iter().map(|width| width * width).sum::<f64>().sqrt()
+    let sides = all.0.map(|[low, high]| if high >= low { high - low } else { 0.0 });
+    let longest = sides.iter().fold(0.0, |longest, side| f64::max(longest, *side));
+    if longest == 0.0 || longest == f64::INFINITY {
+        return longest;
+    }
+    // Squares of the least numbers are 0.
+    longest * sides.iter().map(|side| (side / longest).powi(2)).sum::<f64>().sqrt()
 }
 
 /// The blocks within reach of each block, by the boxes around their points.
@@ -262,15 +267,6 @@ fn near(places: &[Place], reach: f64) -> Result<Lists> {
         lists.close()?;
     }
     Ok(lists)
-}
-
-/// A length that no bond is below.
-fn shortest(families: &Families) -> f64 {
-    // Points are off their crossings by next to nothing.
-    let steps = families.lattice.iter().flat_map(|lattice| &lattice.stencil);
-    let steps =
-        steps.map(|step| (1.0 - 1e-6) * step.reference.map(|x| x * x).iter().sum::<f64>().sqrt());
-    steps.fold(families.shortest, f64::min)
 }
 
 #[cfg(test)]

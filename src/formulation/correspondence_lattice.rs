@@ -29,7 +29,12 @@ impl Correspondence {
     ) -> Option<usize> {
         let ForceSweep { scene, force, breaking, look, .. } = sweep;
         let omega = self.kept.omega(scene, &self.weights)?;
-        let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref(), look);
+        let on = OnLattice::breaking(
+            scene,
+            (lattice, &rows.state),
+            breaking.as_ref(),
+            look.map(|look| (look, RINGS)),
+        );
         let bad = AtomicUsize::new(usize::MAX);
         let noted = |point: usize, answer: Answer<D>| {
             if !answer.energy.is_finite() {
@@ -51,7 +56,7 @@ impl Correspondence {
                 bad.fetch_min(stresses.bad.unwrap_or(usize::MAX), Ordering::Relaxed);
             };
             let order = (self.order(), omega.horizon);
-            any_odd.set(rows.sweep(&on, scene, order, parts, RINGS + 1, take));
+            any_odd.set(rows.sweep(&on, scene, order, parts, 1, take));
         };
         let second = |mut parts: Parts<'_, D, N>, scene: &Scene<'_>| {
             let unit = parts.unit;
@@ -71,7 +76,7 @@ impl Correspondence {
                 });
             }
             let Parts { groups, masks, forces, left, .. } = parts;
-            pull((&on, scene), groups, (forces, masks), left, RINGS);
+            pull((&on, scene), groups, (forces, masks), left);
             unit.recip()
         };
         let influence = |length: f64| omega.at(length);

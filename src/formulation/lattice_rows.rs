@@ -177,7 +177,7 @@ impl LatticeRows {
         KeptGroups(self.kept.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Calls `take` for parts of the groups around which fewer rings rest: with their forces, their columns, and the gradients that are to be made.
+    /// Calls `take` for parts of the groups, but for those that rest, if so many sweeps come after: with their forces, their columns, and the gradients that are to be made.
     /// Whether there are seats whose gradients are to be made otherwise.
     pub(super) fn sweep<const D: usize, const N: usize>(
         &self,
@@ -185,7 +185,7 @@ impl LatticeRows {
         scene: &Scene<'_>,
         (order, horizon): (Order, f64),
         parts: &mut Parts<'_, D, N>,
-        rings: u8,
+        sweeps: u8,
         take: impl Fn(&mut [f64], Columns<'_, N>, Gradients<'_, D>) + Sync,
     ) -> bool {
         let any_odd = &AtomicBool::new(false);
@@ -217,22 +217,21 @@ impl LatticeRows {
                 };
                 take(force.0, left, gradients);
             };
-            by_state(range, outputs, |group| on.rests(group, rings), part);
+            by_state(range, outputs, |group| on.rests(group, sweeps), part);
         });
         any_odd.load(Ordering::Relaxed)
     }
 }
 
-/// Adds what the gradients of other ends pull by the tensors that all points have left, but where so many rings rest.
+/// Adds what the gradients of other ends pull by the tensors that all points have left, but of groups that rest.
 pub(super) fn pull<const D: usize, const N: usize>(
     (on, scene): (&OnLattice<'_>, &Scene<'_>),
     groups: Groups<'_, D>,
     outputs: (PerPoint<'_, f64>, PerPoint<'_, u8>),
     left: Columns<'_, N>,
-    rings: u8,
 ) {
     let left = left.values.map(|column| &*column);
-    on.pull(scene, on.lattice.members.len(), outputs, rings, |range, force, masks| {
+    on.pull(scene, on.lattice.members.len(), outputs, |range, force, masks| {
         scene.simd.run(PullSweep { groups, left, range, masks, force });
     });
 }

@@ -54,8 +54,8 @@ pub(super) struct OnLattice<'a> {
     /// (l/L)^2 - 1 of bonds that come close to their limit.
     pub(super) threshold: f64,
     pub(super) limits: Limits<'a>,
-    /// Where nothing happens.
-    pub(super) look: Option<&'a Look<'a>>,
+    /// Where nothing happens, and how many rings of rest it takes for a point to have no force.
+    pub(super) look: Option<(&'a Look<'a>, u8)>,
 }
 
 /// What the sweeps over groups read and write; `N`: columns that one leaves for the next.
@@ -252,7 +252,7 @@ impl<'a> OnLattice<'a> {
         scene: &'a Scene<'a>,
         (lattice, state): (&'a Lattice, &'a LatticeState),
         breaking: Option<&Breaking<'a>>,
-        look: Option<&'a Look<'a>>,
+        look: Option<(&'a Look<'a>, u8)>,
     ) -> Self {
         let rule = breaking.map(|breaking| breaking.rule);
         let critical = rule.and_then(|rule| rule.uniform()).unwrap_or(f64::INFINITY);
@@ -263,19 +263,17 @@ impl<'a> OnLattice<'a> {
         &self.lattice.members[group * LANES..][..LANES]
     }
 
-    /// Whether so many rings rest around a group.
-    pub(super) fn rests(&self, group: usize, rings: u8) -> bool {
-        self.look.is_some_and(|look| look.group_rests(self.members(group), rings))
+    /// Whether a sweep with so many sweeps after it has nothing to do for a group.
+    pub(super) fn rests(&self, group: usize, sweeps: u8) -> bool {
+        self.look.is_some_and(|(look, rings)| look.group_rests(self.members(group), rings + sweeps))
     }
 
-    /// The last sweep: `pull` completes the forces of a run of groups by their masks, but for those around which so many rings
-    /// rest, which have none.
+    /// The last sweep: `pull` completes the forces of a run of groups by their masks, but for those that rest.
     pub(super) fn pull(
         &self,
         scene: &Scene<'_>,
         seats: usize,
         outputs: (PerPoint<'_, f64>, PerPoint<'_, u8>),
-        rings: u8,
         pull: impl Fn(Range<usize>, &mut [f64], &[u8]) + Sync,
     ) {
         scene.workers.sweep(seats, outputs, |range, outputs| {
@@ -287,13 +285,13 @@ impl<'a> OnLattice<'a> {
                 }
                 pull(range.start / LANES..range.end / LANES, force.0, masks.0);
             };
-            by_state(range, outputs, |group| self.rests(group, rings), part);
+            by_state(range, outputs, |group| self.rests(group, 0), part);
         });
     }
 
     /// What can be said of the bonds of a group.
     pub(super) fn bonds(&self, group: usize) -> Option<Bonds> {
-        Some(self.look?.at_group(self.members(group), self.threshold))
+        Some(self.look?.0.at_group(self.members(group), self.threshold))
     }
 
     /// Forces per volume on the points of the lattice: `first` breaks bonds, and may make what `second` needs, which
@@ -414,9 +412,15 @@ impl<'a> OnLattice<'a> {
         let bad = AtomicUsize::new(usize::MAX);
         scene.workers.sweep(scene.places.len(), PerPoint(force, D), |range, force| {
             let (force, _) = force.0.as_chunks_mut::<D>();
+            // A group with others that do not rest was swept by what sweeps before may have left out.
+            let rest = self.look.is_some_and(|(look, rings)| look.block_rests(range.start, rings));
             for (force, point) in force.iter_mut().zip(range) {
                 let seat = self.lattice.seat_of[point];
                 if seat == NOBODY {
+                    continue;
+                }
+                if rest {
+                    force.fill(0.0);
                     continue;
                 }
                 let (group, lane) = (seat as usize / LANES, seat as usize % LANES);

@@ -23,7 +23,12 @@ impl Lps {
     ) -> Option<usize> {
         let ForceSweep { scene, force, breaking, look: calm, .. } = sweep;
         let omega = in_lanes::omega(scene, &self.weights)?;
-        let on = OnLattice::breaking(scene, (lattice, state), breaking.as_ref(), calm);
+        let on = OnLattice::breaking(
+            scene,
+            (lattice, state),
+            breaking.as_ref(),
+            calm.map(|calm| (calm, RINGS)),
+        );
         let [kappa, deviatoric] = *self.moduli.at(0);
         let moduli = Moduli { kappa, deviatoric };
         let influence = |length: f64| omega.at(length);
@@ -40,13 +45,13 @@ impl Lps {
                     let (first, left) = (left.first, left.values);
                     scene.simd.run(DilationSweep { groups, moduli, range, first, left, breaks });
                 };
-                by_state(range, outputs, |group| on.rests(group, RINGS + 1), part);
+                by_state(range, outputs, |group| on.rests(group, 1), part);
             });
         };
         let second = |parts: Parts<'_, D, 2>, _: &Scene<'_>| {
             let Parts { groups, seats, unit, masks, forces, left, .. } = parts;
             let left = left.values.map(|column| &*column);
-            on.pull(scene, seats, (forces, masks), RINGS, |range, force, masks| {
+            on.pull(scene, seats, (forces, masks), |range, force, masks| {
                 scene.simd.run(TensionSweep { groups, left, range, masks, force });
             });
             unit.recip()

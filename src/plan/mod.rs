@@ -114,12 +114,6 @@ impl Plan {
         &self.families.places
     }
 
-    /// Length of the shortest bond; infinite without one.
-    pub(crate) fn shortest_bond(&self) -> f64 {
-        let bonds_of = |point: usize| self.families.bonds(point).map(|bond| bond.length);
-        (0..self.count()).flat_map(bonds_of).fold(f64::INFINITY, f64::min)
-    }
-
     /// Numbers that a sweep for forces writes aside; `graded`: bonds have an integrity of their own.
     pub(crate) fn scratch(&self, graded: bool) -> usize {
         let lattice = self.families.lattice.as_ref();

@@ -24,16 +24,20 @@ impl Simulation {
         // What is read of deformation and stress comes from one sweep.
         let mut read = memory::reserved(fields.len(), "fields")?;
         read.extend(fields.iter().filter(|&&field| is_read(field)));
-        let of_bonds = if read.is_empty() { Vec::new() } else { self.kinematics_of(&read)? };
         let (dimension, count) = (self.points.dimension(), self.points.count());
-        let (mut first, width) = (0, of_bonds.len() / count);
+        let (mut first, mut of_bonds) = (0, None);
         for &field in fields {
             if !is_read(field) {
                 contents.push(self.padded(field)?);
                 continue;
             }
-            contents.push(self.pad(field, &of_bonds[first..], width)?);
+            let known = match of_bonds.take() {
+                Some(known) => known,
+                None => self.kinematics_of(&read)?,
+            };
+            contents.push(self.pad(field, &known[first..], known.len() / count)?);
             first += field.components(dimension);
+            of_bonds = Some(known);
         }
         let positions = self.padded(Field::Position)?;
         let arrays = fields.iter().zip(&contents).map(|(field, values)| PointArray {

@@ -7,7 +7,6 @@ use super::statics::{Search, Standing, StaticsReport};
 use super::{LogLevel, Simulation};
 use crate::error::{Result, argument};
 use crate::solver::balance::Balance;
-use crate::solver::newton_krylov::Ended;
 use crate::solver::relaxation::{Goal, Relaxation, Seen};
 
 /// Steps between two lines of the log.
@@ -68,9 +67,9 @@ impl Simulation {
         Ok(run.report)
     }
 
-    /// As [`Simulation::relax`], calling `progress` after each step of the motion; it can stop the run, and sees the
-    /// simulation as the last completed step left it. The total that it is told is the number of steps that the run may
-    /// take at most. The report also tells of a run that failed or was stopped.
+    /// As [`Simulation::relax`], calling `progress` after each force of the motion; it can stop the run, and sees the
+    /// simulation as it was before, in the last call at rest. The total that it is told is the number of steps that the run
+    /// may come to, as it looks then: more where bonds break. The report also tells of a run that failed or was stopped.
     ///
     /// # Errors
     /// As [`Simulation::relax`]; `Interrupted` when `progress` stops the run.
@@ -80,6 +79,7 @@ impl Simulation {
         report: &mut StaticsReport,
         mut progress: impl FnMut(&Self, Progress) -> ControlFlow<()>,
     ) -> Result<()> {
+        *report = StaticsReport::default();
         let mut run = self.start_relaxing(options)?;
         let ended = loop {
             match self.continue_relaxing(&mut run, true) {
@@ -105,7 +105,7 @@ impl Simulation {
         Ok(Relaxing { goal, search, relaxation: None, work, report })
     }
 
-    /// Makes the next step of the motion, or some. Gives where the run stands, `None` when it is complete.
+    /// Makes the next step of the motion, or some. Gives where the run stands, `None` when it was complete already.
     pub(crate) fn continue_relaxing(
         &mut self,
         run: &mut Relaxing,
@@ -114,7 +114,8 @@ impl Simulation {
         let Relaxing { goal, search, relaxation, work, report } = run;
         let Some(mut found) = search.take() else { return Ok(None) };
         let StaticsReport { residuals, energies, evaluations, iterations, .. } = report;
-        let steps = if single { 1 } else { TOLD - residuals.len() % TOLD };
+        let before = residuals.len();
+        let steps = if single { 1 } else { TOLD - before % TOLD };
         let mut balancer = |balance: &mut Balance<'_>,
                             displacement: &mut [f64],
                             push: Option<&[f64]>,
@@ -123,32 +124,22 @@ impl Simulation {
                 Some(known) => known,
                 None => relaxation.insert(Relaxation::new(balance, displacement)?),
             };
-            let mut seen = Seen { forces, residuals: &mut *residuals, energies: &mut *energies };
+            let mut seen = Seen {
+                forces,
+                residuals: &mut *residuals,
+                energies: &mut *energies,
+                steps: &mut *iterations,
+            };
             let ended = known.go_on(balance, goal, (displacement, push), &mut seen, steps)?;
-            if let Some(Ended::Converged { iterations: made }) = ended {
-                *iterations += made as u64;
+            if ended.is_some() {
                 *relaxation = None;
             }
             Ok(ended)
         };
-        match self.continue_search(&mut found, &mut balancer, evaluations)? {
-            Standing::OnItsWay => {}
-            Standing::Failed(reason) => {
-                return Err(self.not_converged(&reason, 0.0, &report.residuals));
-            }
-            Standing::Reached => {
-                report.broken_bonds = found.broken;
-                self.accept_equilibrium(found)?;
-                (report.steps, report.share) = (1, 1.0);
-                report.external_work = self.state.ledger.work - *work;
-                report.elastic = self.energy()?.elastic;
-                return Ok(None);
-            }
-        }
+        let standing = self.continue_search(&mut found, &mut balancer, evaluations)?;
         report.broken_bonds = found.broken;
-        *search = Some(found);
         let done = report.residuals.len();
-        if done % TOLD == 0
+        if done / TOLD > before / TOLD
             && let Some(residual) = report.residuals.last()
         {
             let broken = report.broken_bonds;
@@ -159,9 +150,24 @@ impl Simulation {
                 ),
             );
         }
-        let made = relaxation.as_ref().map_or(0, Relaxation::steps);
-        let total = (done - made.min(done)).saturating_add(goal.steps.saturating_add(1)) as u64;
-        Ok(Some(Progress { done: done as u64, total, time: self.state.time }))
+        let left = match standing {
+            Standing::Failed(reason) => {
+                return Err(self.not_converged(&reason, 0.0, &report.residuals));
+            }
+            Standing::OnItsWay => {
+                *search = Some(found);
+                relaxation.as_ref().map_or(goal.steps as u64, |known| known.left(goal))
+            }
+            Standing::Reached => {
+                self.accept_equilibrium(found)?;
+                (report.steps, report.share) = (1, 1.0);
+                report.external_work = self.state.ledger.work - *work;
+                report.elastic = self.energy()?.elastic;
+                0
+            }
+        };
+        let total = report.iterations.saturating_add(left);
+        Ok(Some(Progress { done: report.iterations, total, time: self.state.time }))
     }
 }
 

@@ -76,6 +76,8 @@ pub(super) struct Search {
     push: Option<Vec<f64>>,
     /// How often bonds may still break.
     breaks: u64,
+    /// Size of the forces at its beginning, once it is known.
+    scale: Option<f64>,
 }
 
 /// Where a search stands.
@@ -182,6 +184,7 @@ impl Simulation {
             before: memory::copied(&current.displacement, PURPOSE)?,
             push: push.iter().any(|&component| component != 0.0).then_some(push),
             breaks,
+            scale: None,
         })
     }
 
@@ -197,15 +200,15 @@ impl Simulation {
         let Some(built) = built.get_mut() else { return Ok(Standing::Failed(Reason::TooMany)) };
         let Built { workers, plan, next_intact, dissipated: [_, next_dissipated], scratch, .. } =
             built;
-        let Search { acting, bonds, dissipated, displacement, before, push, .. } = search;
+        let Search { acting, bonds, dissipated, displacement, before, push, scale, .. } = search;
         let loads = state.settled.as_ref().map(|settled| &settled.load[..]);
         let under = Under { held: &acting.held, load: &acting.load };
         let mut balance = Balance::new(plan, workers, bonds, scratch, &under)?;
-        let held = &acting.held;
-        let scale = balance
-            .load_size(&acting.load)
-            .max(loads.map_or(0.0, |loads| balance.load_size(loads)));
-        let scale = scale.max(holding(plan, held, &state.current.force, &acting.load));
+        let scale = *scale.get_or_insert_with(|| {
+            let before = loads.map_or(0.0, |loads| balance.load_size(loads));
+            let holding = holding(plan, &acting.held, &state.current.force, &acting.load);
+            balance.load_size(&acting.load).max(before).max(holding)
+        });
         let ended = balancer(&mut balance, displacement, push.as_deref(), scale);
         *evaluations += balance.evaluations;
         match ended? {

@@ -65,7 +65,7 @@ impl<'a> Balance<'a> {
     ) -> Result<Self> {
         let space = Space::new(workers, plan.count(), plan.dimension, PURPOSE)?;
         let Under { held, load } = *under;
-        let (shortest, components) = (plan.shortest_bond(), held.len());
+        let (shortest, components) = (plan.families.shortest_bond(), held.len());
         let moved = memory::filled(0.0, components, PURPOSE)?;
         let other = memory::filled(0.0, components, PURPOSE)?;
         let forces = memory::filled(0.0, components, PURPOSE)?;

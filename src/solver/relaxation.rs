@@ -46,6 +46,8 @@ pub(crate) struct Seen<'a> {
     pub(crate) residuals: &'a mut Vec<f64>,
     /// Energy of the motion over the largest that it had.
     pub(crate) energies: &'a mut Vec<f64>,
+    /// Steps made.
+    pub(crate) steps: &'a mut u64,
 }
 
 /// A relaxation on its way to the equilibrium of a displacement.
@@ -87,9 +89,9 @@ impl Relaxation {
         })
     }
 
-    /// Steps that its motion has made with the masses that it has.
-    pub(crate) fn steps(&self) -> usize {
-        self.motion.step
+    /// Steps that are left to it, as it looks now.
+    pub(crate) fn left(&self, goal: &Goal) -> u64 {
+        goal.steps.saturating_sub(self.motion.step) as u64
     }
 
     /// Moves the displacement by so many steps, its held components by `push`, if any; `None` where there is more to do.
@@ -104,7 +106,7 @@ impl Relaxation {
         for _ in 0..steps {
             let Self { start, masses, motion, .. } = self;
             match motion.step(balance, goal, (displacement, push), (start, masses), seen) {
-                Ok(Stepped::On) => {}
+                Ok(Stepped::On) => *seen.steps += 1,
                 Ok(Stepped::Ended(ended)) => return Ok(Some(ended)),
                 Err(Stop::Error(error)) => return Err(error),
                 Ok(Stepped::Diverged) | Err(Stop::NotFinite(_)) => {

@@ -136,7 +136,8 @@ pub(super) fn run(
     };
     while let (Some(made), watcher) = session.with_mut(&mut once)? {
         let Some(Watcher { function, user }) = watcher else { continue };
-        let (done, total) = (made.done as i64, made.total as i64);
+        let told = |count: u64| i64::try_from(count).unwrap_or(i64::MAX);
+        let (done, total) = (told(made.done), told(made.total));
         // SAFETY: the host's promise for its callback.
         let call = || unsafe { function(user.0, done, total, made.time) };
         if session.while_shared(|| call_host(call))? != 0 {

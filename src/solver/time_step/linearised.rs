@@ -40,7 +40,7 @@ impl<'a> Linearised<'a> {
         scratch: &'a mut [f64],
         density: &'a Property,
     ) -> Result<Self> {
-        let shortest = plan.shortest_bond();
+        let shortest = plan.families.shortest_bond();
         let mut operator = Self {
             plan,
             workers,

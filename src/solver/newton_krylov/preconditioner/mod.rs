@@ -92,7 +92,7 @@ impl Preconditioner {
         displacement: &[f64],
         held: &[bool],
     ) -> bool {
-        let most = NEAR * plan.shortest_bond();
+        let most = NEAR * plan.families.shortest_bond();
         let moved = self.displacement.iter().zip(displacement).map(|(was, is)| (was - is).abs());
         self.intact == bonds.intact && self.held == held && moved.fold(0.0, f64::max) <= most
     }
