@@ -34,7 +34,7 @@ use crate::tensor::{
 };
 use std::f64::consts::PI;
 
-/// A force comes from the stresses of bonds of families of families, and these from the families of their ends.
+/// A force comes from the stresses of the neighbours' bonds, and a stress from the families of both its ends.
 pub(super) const RINGS: u8 = 3;
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {

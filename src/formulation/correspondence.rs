@@ -26,7 +26,7 @@ use crate::tensor::{
     trace, zero,
 };
 
-/// A force comes from the families of a point and of those in it.
+/// A force comes from the families of the point and of its neighbours.
 pub(super) const RINGS: u8 = 2;
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {

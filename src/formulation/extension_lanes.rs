@@ -12,7 +12,7 @@ use crate::kernel::ordinary_state_based::{Extensions, OtherPull, OwnPull};
 use crate::material::Law;
 use crate::workers::PerPoint;
 
-/// A force comes from the families of a point and of those in it.
+/// A force comes from the families of the point and of its neighbours.
 pub(super) const RINGS: u8 = 2;
 
 /// Numbers of the tables.

@@ -116,8 +116,8 @@ pub(super) trait Passes: Sized + Send + Sync {
         false
     }
 
-    /// How many families, one of the other, a force comes from, where a body that rests has none to the last bit; `None` where
-    /// it may.
+    /// How far the force on a point reaches, in families: 2 where that of a neighbour counts, too. `None` where a body at rest
+    /// may have forces.
     fn rings(&self, _dimension: usize) -> Option<u8> {
         None
     }

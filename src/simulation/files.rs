@@ -68,7 +68,7 @@ impl Simulation {
         self.pad(field, &self.inner(field)?, field.components(self.points.dimension()))
     }
 
-    /// The same from numbers in the inner order, so many a point, of which its own come first.
+    /// The same, of a field whose numbers come first among so many a point, in the inner order.
     fn pad(&self, field: Field, inner: &[f64], width: usize) -> Result<Vec<f64>> {
         let (own, stride) = (field.components(self.points.dimension()), field.components(3));
         let mut values = memory::filled(0.0, self.points.count() * stride, "a field")?;

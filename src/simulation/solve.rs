@@ -24,7 +24,7 @@ pub struct SolveOptions {
     pub smallest_load_step: f64,
     /// Linear systems that a load step may take, each time bonds have broken.
     pub iterations: u64,
-    /// Products of the stiffness with a vector that a linear system may take, each of two forces.
+    /// Products of the stiffness with a vector that a linear system may take, each of one force.
     pub products: u64,
     /// How often bonds may break within a load step.
     pub breaks: u64,
