@@ -219,9 +219,12 @@ impl Look<'_> {
     }
 }
 
-/// The blocks of a group's members.
+/// The blocks of a group's members, which stand in a row: most are of the same block as the one before.
 fn blocks_of(members: &[u32]) -> impl Iterator<Item = usize> {
-    members.iter().filter(|&&member| member != NOBODY).map(|&member| member as usize / BLOCK)
+    let mut last = usize::MAX;
+    let blocks = members.iter().filter(|&&member| member != NOBODY);
+    let blocks = blocks.map(|&member| member as usize / BLOCK);
+    blocks.filter(move |&block| std::mem::replace(&mut last, block) != block)
 }
 
 /// How far points of these blocks can have moved apart.
