@@ -266,10 +266,10 @@ fn a_lattice_keeps_no_bonds() {
     let bytes = bonds(&simulation);
     assert!((100.0..124.0).contains(&bytes), "{bytes}");
     assert!((simulation.memory().total() as f64) < 391.0 * points.count() as f64);
-    // With the masks of the next step, and those that groups have followed.
+    // With the masks of the next step.
     model.set("critical_stretch", 0.1).unwrap();
     simulation = Simulation::new(&points, &model).unwrap();
-    assert!((bytes + 31.0..bytes + 33.0).contains(&bonds(&simulation)));
+    assert!((bytes + 15.0..bytes + 17.0).contains(&bonds(&simulation)));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 mod critical_stretch;
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::error::Result;
 use crate::families::{Families, LANES, Place};
@@ -20,7 +20,7 @@ const PURPOSE: &str = "bond state";
 pub(crate) struct BondState {
     /// One bit a lane: the bond exists and is not broken.
     pub(crate) intact: Vec<u8>,
-    /// Changes with the masks, unless a rule breaks bonds: other masks have other names.
+    /// The name of the masks: others have other names.
     edition: u64,
     /// Integrity of each lane, where the host has set any.
     pub(crate) integrity: Option<Vec<f64>>,
@@ -100,6 +100,11 @@ impl BondState {
         self.edition = next_edition();
     }
 
+    /// Ends of bonds that are not broken.
+    pub(crate) fn count(&self) -> u64 {
+        self.intact.iter().map(|mask| u64::from(mask.count_ones())).sum()
+    }
+
     /// Integrity of a bond, 0 where it is broken.
     pub(crate) fn integrity(&self, slot: usize) -> f64 {
         if !self.is_intact(slot) {
@@ -158,7 +163,7 @@ impl BondState {
 #[derive(Clone, Copy)]
 pub(crate) struct BondsView<'a> {
     pub(crate) intact: &'a [u8],
-    /// Where no rule breaks bonds, masks of the same edition are the same.
+    /// Masks of the same edition are the same.
     pub(crate) edition: u64,
     pub(crate) integrity: Option<&'a [f64]>,
     pub(crate) records: &'a [f64],
@@ -175,13 +180,104 @@ const _: () = assert!(LANES == u8::BITS as usize, "a mask holds one bit a lane")
 /// What a sweep needs to break bonds: the rule, and where it writes what it found.
 pub(crate) struct Breaking<'a> {
     pub(crate) rule: &'a BreakRule,
-    /// Mask after the sweep, per block of bonds.
+    /// The masks as they are, of which the sweep takes the bonds that break.
     pub(crate) intact: &'a mut [u8],
+    /// The name of these masks, should any bond break.
+    pub(crate) edition: u64,
+    /// Whether any has broken.
+    pub(crate) broke: &'a AtomicBool,
     /// Energy per volume that each point has lost by breaking bonds so far; added to.
     pub(crate) dissipated: &'a mut [f64],
     /// Displacement at the beginning of the step, where there is one: a bond that breaks has pulled last
     /// then, and so has given E s_n/s_{n+1} of what it would hold now.
     pub(crate) before: Option<&'a [f64]>,
+}
+
+impl Breaking<'_> {
+    pub(crate) fn has_broken(&self) -> bool {
+        self.broke.load(Ordering::Relaxed)
+    }
+
+    /// The bonds that are left of those before the sweep.
+    pub(crate) fn left_of<'a>(&'a self, bonds: BondsView<'a>) -> BondsView<'a> {
+        let edition = if self.has_broken() { self.edition } else { bonds.edition };
+        BondsView { intact: self.intact, edition, ..bonds }
+    }
+}
+
+/// Masks and losses aside, in which a sweep breaks bonds. While none break they are those of the state, and nothing is to
+/// be copied or compared.
+#[derive(Debug)]
+pub(crate) struct Aside {
+    intact: Vec<u8>,
+    dissipated: Vec<f64>,
+    /// Of the masks, and of the losses that go with them.
+    edition: u64,
+    broke: AtomicBool,
+}
+
+/// Numbers that a thread copies in one go.
+const COPIED: usize = 1 << 15;
+
+impl Aside {
+    /// With room for the masks of the bonds and the losses of so many points.
+    pub(crate) fn new(workers: &Workers, masks: usize, points: usize) -> Result<Self> {
+        Ok(Self {
+            intact: workers.filled(0, masks, PURPOSE)?,
+            dissipated: workers.filled(0.0, points, PURPOSE)?,
+            edition: next_edition(),
+            broke: AtomicBool::new(false),
+        })
+    }
+
+    /// What a sweep needs in which the rule breaks some of these bonds, from what points have lost so far.
+    pub(crate) fn breaking<'a>(
+        &'a mut self,
+        workers: &Workers,
+        rule: &'a BreakRule,
+        (bonds, dissipated): (&BondState, &[f64]),
+        before: Option<&'a [f64]>,
+    ) -> Breaking<'a> {
+        if self.edition != bonds.edition {
+            copy(workers, &bonds.intact, &mut self.intact);
+            copy(workers, dissipated, &mut self.dissipated);
+        }
+        // Until the sweep is over it is not known what is held.
+        self.edition = next_edition();
+        *self.broke.get_mut() = false;
+        let Self { intact, dissipated, edition, broke } = self;
+        Breaking { rule, intact, edition: *edition, broke, dissipated, before }
+    }
+
+    /// After a sweep: makes what it has left the state, and tells whether any bond has broken.
+    pub(crate) fn accept(&mut self, bonds: &mut BondState, dissipated: &mut Vec<f64>) -> bool {
+        let broke = *self.broke.get_mut();
+        if broke {
+            std::mem::swap(&mut bonds.intact, &mut self.intact);
+            std::mem::swap(&mut bonds.edition, &mut self.edition);
+            std::mem::swap(dissipated, &mut self.dissipated);
+        } else {
+            self.edition = bonds.edition;
+        }
+        broke
+    }
+
+    /// Has the next sweep copy the state, whose losses have changed.
+    pub(crate) fn forget(&mut self) {
+        self.edition = next_edition();
+    }
+
+    pub(crate) fn bytes_of_masks(&self) -> usize {
+        memory::bytes(&self.intact)
+    }
+
+    pub(crate) fn bytes_of_losses(&self) -> usize {
+        memory::bytes(&self.dissipated)
+    }
+}
+
+fn copy<T: Copy + Send + Sync>(workers: &Workers, from: &[T], to: &mut [T]) {
+    workers.share(to, COPIED, |first, to| to.copy_from_slice(&from[first..first + to.len()]));
 }
 
 /// D_i = 1 - sum d_ij V_j / sum V_j over each point's own family; 0 for a point without one.

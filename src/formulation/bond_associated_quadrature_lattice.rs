@@ -14,7 +14,7 @@ use super::bond_associated_quadrature_lanes::left_of;
 use super::correspondence::gradient_at;
 use super::kept_rows::Order;
 use super::lattice_rows::{Gradients, LatticeRows, Seat, pull};
-use super::on_lattice::{Columns, OnLattice, Parts, by_state, masks_as_they_are, unit_of};
+use super::on_lattice::{Columns, OnLattice, Parts, by_state, unit_of};
 use super::passes::ForceSweep;
 use crate::error::Result;
 use crate::families::LANES;
@@ -139,8 +139,7 @@ impl Baqp {
             unit.recip()
         };
         let influence = |length: f64| omega.at(length);
-        let remaining = masks_as_they_are(scene, breaking);
-        let found = on.sweep(scene, influence, first, second, force, remaining);
+        let found = on.sweep(scene, influence, first, second, force, breaking);
         (found != usize::MAX).then_some(found)
     }
 

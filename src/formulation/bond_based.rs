@@ -250,7 +250,7 @@ impl Formulation for BondBased {
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
         if let Some(lattice) = &scene.families.lattice {
-            self.lattice = Some(LatticeState::new(scene, lattice, 0, self.breaks)?);
+            self.lattice = Some(LatticeState::new(scene, lattice, 0)?);
         }
         if let Some(reach) = scene.families.reach.uniform_radius()
             && matches!(self.bond_constants, Property::Uniform(_))
@@ -285,24 +285,22 @@ impl Formulation for BondBased {
         mut breaking: Option<Breaking<'_>>,
     ) -> Option<usize> {
         let rule = breaking.as_ref().map(|breaking| breaking.rule);
-        let mut remaining = breaking.as_mut().map(|breaking| &mut *breaking.intact);
-        if let Some(remaining) = &mut remaining {
-            remaining.copy_from_slice(scene.bonds.intact);
-        }
         let various = self.various(scene, rule);
         let bad = match self.alike(scene, rule) {
             Some(law) => {
                 let look = self.calm.as_ref().map(|calm| calm.look(scene));
                 let lattice = self.on_lattice(scene, &law, look.as_ref());
                 let bonds = BondForces { law, lattice, look: look.as_ref() };
-                forces(scene, &bonds, scratch, force, remaining)
+                forces(scene, &bonds, scratch, force, &mut breaking)
             }
             None => {
                 let bonds = BondForces { law: various, lattice: None, look: None };
-                forces(scene, &bonds, scratch, force, remaining)
+                forces(scene, &bonds, scratch, force, &mut breaking)
             }
         };
-        if let Some(breaking) = breaking {
+        if let Some(breaking) = breaking
+            && breaking.has_broken()
+        {
             bond_forces::book(scene, various, breaking);
         }
         bad
@@ -379,10 +377,10 @@ fn forces(
     bonds: &BondForces<'_, impl BondLaw>,
     scratch: &mut [f64],
     force: &mut [f64],
-    remaining: Option<&mut [u8]>,
+    breaking: &mut Option<Breaking<'_>>,
 ) -> Option<usize> {
     match scene.dimension {
-        3 => bonds.sweep::<3>(scene, scratch, force, remaining),
-        _ => bonds.sweep::<2>(scene, scratch, force, remaining),
+        3 => bonds.sweep::<3>(scene, scratch, force, breaking),
+        _ => bonds.sweep::<2>(scene, scratch, force, breaking),
     }
 }

@@ -10,7 +10,9 @@ use super::on_lattice::{OnLattice, Parts, by_state};
 use crate::damage::Breaking;
 use crate::families::LANES;
 use crate::families::lattice::NOBODY;
-use crate::kernel::bond_based::{BondLaw, Cloud, EnergySweep, FieldSweep, ForceSweep, Record};
+use crate::kernel::bond_based::{
+    BondLaw, Cloud, EnergySweep, FieldSweep, ForceSweep, Record, Remaining,
+};
 use crate::kernel::fields::BondSums;
 use crate::kernel::lattice::{BondSweep, Breaks};
 use crate::workers::{PerPoint, Ragged};
@@ -27,28 +29,27 @@ pub(super) struct BondForces<'a, L> {
 }
 
 impl<L: BondLaw> BondForces<'_, L> {
-    /// Forces per volume on all points; with `remaining`, bonds beyond their limit break first, and the masks without them
-    /// are left there. Gives the first point whose force is not finite.
+    /// Forces per volume on all points; with `breaking`, bonds beyond their limit break first. Gives the first point whose
+    /// force is not finite.
     pub(super) fn sweep<const D: usize>(
         &self,
         scene: &Scene<'_>,
         scratch: &mut [f64],
         force: &mut [f64],
-        mut remaining: Option<&mut [u8]>,
+        breaking: &mut Option<Breaking<'_>>,
     ) -> Option<usize> {
         let (lattice, count) = (&self.lattice, scene.places.len());
         let mut first = usize::MAX;
         if lattice.as_ref().is_none_or(|on| on.lattice.count < count) {
-            let masks = remaining.as_deref_mut();
             let steps = lattice.is_none() && scene.families.lattice.is_some();
             first = first.min(match scene.families.inverse_lengths {
-                _ if steps => self.sweep_cloud::<true, true, D>(scene, scratch, force, masks),
-                Some(_) => self.sweep_cloud::<false, false, D>(scene, scratch, force, masks),
-                None => self.sweep_cloud::<true, false, D>(scene, scratch, force, masks),
+                _ if steps => self.sweep_cloud::<true, true, D>(scene, scratch, force, breaking),
+                Some(_) => self.sweep_cloud::<false, false, D>(scene, scratch, force, breaking),
+                None => self.sweep_cloud::<true, false, D>(scene, scratch, force, breaking),
             });
         }
         if let Some(on) = lattice {
-            first = first.min(self.sweep_lattice::<D>(scene, on, force, remaining));
+            first = first.min(self.sweep_lattice::<D>(scene, on, force, breaking));
         }
         (first != usize::MAX).then_some(first)
     }
@@ -60,7 +61,7 @@ impl<L: BondLaw> BondForces<'_, L> {
         scene: &Scene<'_>,
         on: &OnLattice<'_>,
         force: &mut [f64],
-        remaining: Option<&mut [u8]>,
+        breaking: &mut Option<Breaking<'_>>,
     ) -> usize {
         let first = |parts: &mut Parts<'_, D, 0>| {
             let (groups, judge) = (parts.groups, on.limits);
@@ -83,7 +84,7 @@ impl<L: BondLaw> BondForces<'_, L> {
             });
         };
         let second = |_: Parts<'_, D, 0>, _: &Scene<'_>| self.law.factor() * on.lattice.volume;
-        on.sweep(scene, |_| 1.0, first, second, force, remaining)
+        on.sweep(scene, |_| 1.0, first, second, force, breaking)
     }
 
     /// As [`BondForces::sweep`], of the points that are no members of a lattice, and with `STEPS` of all; `LEAN`: lengths are
@@ -93,7 +94,7 @@ impl<L: BondLaw> BondForces<'_, L> {
         scene: &Scene<'_>,
         scratch: &mut [f64],
         force: &mut [f64],
-        remaining: Option<&mut [u8]>,
+        breaking: &mut Option<Breaking<'_>>,
     ) -> usize {
         let (law, count) = (self.law, scene.places.len());
         let seats = self.lattice.as_ref().map(|on| &on.lattice.seat_of[..]);
@@ -102,9 +103,15 @@ impl<L: BondLaw> BondForces<'_, L> {
         let cloud = Cloud::new(scene.families, records, intact);
         let bad = AtomicUsize::new(usize::MAX);
         let threshold = law.least_threshold();
-        let remaining = remaining.map(|values| Ragged { values, offsets, width: 1 });
-        scene.workers.sweep(count, (PerPoint(force, D), remaining), |range, (force, remaining)| {
-            let mut remaining = remaining.map(|masks| masks.values);
+        let (masks, broke) = breaking
+            .as_mut()
+            .map(|Breaking { intact, broke, .. }| {
+                (Ragged { values: intact, offsets, width: 1 }, *broke)
+            })
+            .unzip();
+        scene.workers.sweep(count, (PerPoint(force, D), masks), |range, (force, masks)| {
+            let mut remaining =
+                masks.zip(broke).map(|(masks, broke)| Remaining { masks: masks.values, broke });
             let force = force.0;
             if let Some(calm) = self.look.map(|calm| calm.at_points(range.start, threshold)) {
                 if calm.are_short {

@@ -6,10 +6,11 @@
 //! Q(u_n) + 1/2 dQ/du (u_n+1 - u_n) is lost. To second order that is 2 Q(u_n+1/2) - (Q(u_n) + Q(u_n+1))/2,
 //! which each point can say of its own energy.
 
+use super::in_lanes::HowTheyBreak;
 use super::{EnergyPart, Scene, in_lanes};
 use crate::damage::{BondsView, Breaking};
-use crate::kernel::family::{BreakSweep, Limits, Omega, Record};
-use crate::workers::{PerPoint, Ragged};
+use crate::kernel::family::{BreakSweep, Omega, Record};
+use crate::workers::PerPoint;
 
 /// Breaks in the masks aside what is stretched beyond its limit; whether there was any. Needs [`room`].
 pub(super) fn break_stretched(
@@ -21,7 +22,7 @@ pub(super) fn break_stretched(
         3 => sweep_stretches::<3>(scene, room, breaking),
         _ => sweep_stretches::<2>(scene, room, breaking),
     }
-    breaking.intact != scene.bonds.intact
+    breaking.has_broken()
 }
 
 fn sweep_stretches<const D: usize>(
@@ -31,11 +32,9 @@ fn sweep_stretches<const D: usize>(
 ) {
     let (records, _) = in_lanes::record::<D>(scene, room);
     let family = in_lanes::family(scene, records, Omega::EVEN);
-    let limits = Limits::new(breaking.rule);
-    let offsets = &scene.families.offsets;
-    let masks = Ragged { values: &mut *breaking.intact, offsets, width: 1 };
+    let (masks, how) = HowTheyBreak::of(scene, breaking);
     scene.workers.sweep(scene.places.len(), masks, |range, masks| {
-        let breaking = in_lanes::break_here(scene, range.start, masks, limits);
+        let breaking = how.here(range.start, masks);
         scene.simd.run(BreakSweep::<D> { family, range, breaking });
     });
 }
@@ -79,7 +78,7 @@ pub(super) fn book(
     let (marks, rest) = rest.split_at_mut(count);
     let (aside, rest) = rest.split_at_mut(count);
     let midway = &mut rest[..scene.displacement.len()];
-    let broken = BondsView { intact: &*breaking.intact, ..scene.bonds };
+    let broken = BondsView { intact: breaking.intact, edition: breaking.edition, ..scene.bonds };
     scene.workers.sweep(count, PerPoint(&mut *marks, 1), |range, marks| {
         for (mark, point) in marks.0.iter_mut().zip(range) {
             let blocks = scene.families.blocks(point);

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::body::Body;
 use super::correspondence::{Correspondence, RINGS};
 use super::lattice_rows::{Gradients, LatticeRows, Seat, pull};
-use super::on_lattice::{Columns, OnLattice, Parts, masks_as_they_are};
+use super::on_lattice::{Columns, OnLattice, Parts};
 use super::passes::ForceSweep;
 use super::{Scene, in_lanes};
 use crate::families::lattice::Lattice;
@@ -80,8 +80,7 @@ impl Correspondence {
             unit.recip()
         };
         let influence = |length: f64| omega.at(length);
-        let remaining = masks_as_they_are(scene, breaking);
-        let found = on.sweep(scene, influence, first, second, force, remaining);
+        let found = on.sweep(scene, influence, first, second, force, breaking);
         // The point whose material has failed is to be named, and not one that it pulls on.
         in_lanes::first(bad).or_else(|| (found != usize::MAX).then_some(found))
     }

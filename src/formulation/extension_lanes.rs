@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::{Body, ByModel, Link, Weights};
+use super::in_lanes::HowTheyBreak;
 use super::ordinary_state_based::extension;
 use super::passes::{EnergySweep, FieldSweep, ForceSweep};
 use super::{Kinematics, in_lanes};
@@ -31,12 +32,10 @@ pub(super) fn forces<const D: usize, const PER_LENGTH: bool>(
     let (records, rest) = in_lanes::record::<D>(scene, room.tables);
     let (left, _) = in_lanes::table(rest, count);
     let family = in_lanes::family(scene, records, omega);
-    let (masks, limits) = in_lanes::masks(scene, breaking);
+    let (masks, how) = HowTheyBreak::if_any(scene, breaking);
     let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1), masks);
     scene.workers.sweep(count, outputs, |range, (force, left, masks)| {
-        let breaking = masks
-            .zip(limits)
-            .map(|(masks, limits)| in_lanes::break_here(scene, range.start, masks, limits));
+        let breaking = masks.zip(how).map(|(masks, how)| how.here(range.start, masks));
         if in_lanes::rest(look, range.start, RINGS + 1) {
             return;
         }

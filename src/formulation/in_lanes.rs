@@ -4,12 +4,12 @@
 use super::Scene;
 use super::body::Weights;
 use super::calm::Look;
-use crate::damage::{BondsView, Breaking};
-use crate::families::{Families, Property};
+use crate::damage::Breaking;
+use crate::families::Property;
 use crate::kernel::family::{BreakHere, Family, Limits, Omega, Record};
 use crate::model::Influence;
 use crate::workers::{PerPoint, Ragged};
-use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::{AtomicBool, AtomicUsize};
 
 /// Numbers beyond those of tables that let the first of them begin a line of the cache.
 pub(super) const SLACK: usize = 7;
@@ -79,27 +79,38 @@ pub(super) fn family<'a>(scene: &Scene<'a>, records: &'a [Record], omega: Omega<
     Family::new(scene.families, records, scene.bonds.intact, omega)
 }
 
-/// The masks that bonds break in, to be shared out.
-pub(super) fn masks<'a>(
-    scene: &Scene<'a>,
-    breaking: &'a mut Option<Breaking<'_>>,
-) -> (Option<Ragged<'a, u8>>, Option<Limits<'a>>) {
-    let offsets = &scene.families.offsets;
-    let Some(Breaking { rule, intact, .. }) = breaking else { return (None, None) };
-    (Some(Ragged { values: intact, offsets, width: 1 }), Some(Limits::new(rule)))
+/// How bonds break in a sweep.
+#[derive(Clone, Copy)]
+pub(super) struct HowTheyBreak<'a> {
+    limits: Limits<'a>,
+    broke: &'a AtomicBool,
+    offsets: &'a [u64],
 }
 
-/// Bonds that break in a part of a sweep, from masks as they were.
-pub(super) fn break_here<'a>(
-    scene: &Scene<'_>,
-    first_point: usize,
-    masks: Ragged<'a, u8>,
-    limits: Limits<'a>,
-) -> BreakHere<'a> {
-    let Families { offsets, .. } = scene.families;
-    let (first, remaining) = (offsets[first_point] as usize, masks.values);
-    remaining.copy_from_slice(&scene.bonds.intact[first..first + remaining.len()]);
-    BreakHere { limits, remaining, first }
+impl<'a> HowTheyBreak<'a> {
+    /// And the masks that they break in, to be shared out.
+    pub(super) fn of(scene: &Scene<'a>, breaking: &'a mut Breaking<'_>) -> (Ragged<'a, u8>, Self) {
+        let (offsets, Breaking { rule, intact, broke, .. }) = (&scene.families.offsets, breaking);
+        let how = Self { limits: Limits::new(rule), broke, offsets };
+        (Ragged { values: intact, offsets, width: 1 }, how)
+    }
+
+    /// The same where there may be no rule.
+    pub(super) fn if_any(
+        scene: &Scene<'a>,
+        breaking: &'a mut Option<Breaking<'_>>,
+    ) -> (Option<Ragged<'a, u8>>, Option<Self>) {
+        breaking.as_mut().map(|breaking| Self::of(scene, breaking)).unzip()
+    }
+
+    /// In a part that begins with a point.
+    pub(super) fn here<'b>(self, first: usize, masks: Ragged<'b, u8>) -> BreakHere<'b>
+    where
+        'a: 'b,
+    {
+        let Self { limits, broke, offsets } = self;
+        BreakHere { limits, broke, remaining: masks.values, first: offsets[first] as usize }
+    }
 }
 
 /// Whether so many rings rest around the points of a block, which begins with a point.
@@ -109,8 +120,8 @@ pub(super) fn rest(look: Option<&Look<'_>>, first: usize, rings: u8) -> bool {
 
 /// The scene with the bonds that remain.
 pub(super) fn remaining<'a>(scene: &Scene<'a>, breaking: &'a Option<Breaking<'_>>) -> Scene<'a> {
-    let intact = breaking.as_ref().map_or(scene.bonds.intact, |breaking| &*breaking.intact);
-    Scene { bonds: BondsView { intact, ..scene.bonds }, ..*scene }
+    let bonds = breaking.as_ref().map_or(scene.bonds, |breaking| breaking.left_of(scene.bonds));
+    Scene { bonds, ..*scene }
 }
 
 /// The first point that was noted, if any was.

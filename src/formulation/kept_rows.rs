@@ -9,6 +9,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::body::Weights;
 use super::calm::Look;
 use super::gradient::{Gradient, width};
+use super::in_lanes::HowTheyBreak;
 use super::{Scene, in_lanes};
 use crate::damage::Breaking;
 use crate::error::Result;
@@ -136,7 +137,7 @@ impl KeptRows {
             keep::<D, SIZE>(order, horizon, moments, kept);
         };
         let any_odd = AtomicBool::new(false);
-        let (masks, limits) = in_lanes::masks(scene, breaking);
+        let (masks, how) = HowTheyBreak::if_any(scene, breaking);
         let offsets = &scene.families.offsets;
         let kept_masks = Ragged { values: kept_masks, offsets, width: 1 };
         let kept = (PerPoint(&mut numbers[..], each), kept_masks);
@@ -144,9 +145,7 @@ impl KeptRows {
             scene.places.len(),
             (outputs, masks, kept),
             |range, (outputs, masks, (numbers, kept_masks))| {
-                let breaking = masks
-                    .zip(limits)
-                    .map(|(masks, limits)| in_lanes::break_here(scene, range.start, masks, limits));
+                let breaking = masks.zip(how).map(|(masks, how)| how.here(range.start, masks));
                 if rest.is_some_and(|(look, [rings, _])| look.block_rests(range.start, rings)) {
                     return;
                 }

@@ -164,7 +164,7 @@ impl LatticeRows {
         let (seats, each) = (lattice.members.len(), kept_width(dimension, dimension));
         let numbers = scene.workers.filled(0.0, seats * each, PURPOSE)?;
         let masks = scene.workers.filled(0, lattice.groups.len() * lattice.row(), PURPOSE)?;
-        let state = LatticeState::new(scene, lattice, left, true)?;
+        let state = LatticeState::new(scene, lattice, left)?;
         Ok(Self { state, kept: Mutex::new(Store { numbers, masks }) })
     }
 

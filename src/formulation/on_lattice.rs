@@ -5,12 +5,12 @@
 
 use std::ops::Range;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::Scene;
 use super::bond_laws::{Limits, close_to};
 use super::calm::{Bonds, Look};
-use crate::damage::{BondsView, Breaking};
+use super::{Scene, in_lanes};
+use crate::damage::Breaking;
 use crate::error::Result;
 use crate::families::LANES;
 use crate::families::lattice::{Lattice, NOBODY};
@@ -23,6 +23,9 @@ const PURPOSE: &str = "lattices";
 /// Numbers beyond the cells of a column: the next one does not begin at the same place of a page.
 const STAGGER: usize = 168;
 
+/// Groups whose masks a thread makes in one go.
+const GROUPS_A_SHARE: usize = 256;
+
 /// Numbers that let the first cell begin a line of the cache.
 const SLACK: usize = 7;
 
@@ -32,19 +35,15 @@ pub(super) struct LatticeState(Mutex<Held>);
 struct Held {
     /// [`Lattice::row`] masks a group: for each step of the stencil, one bit a point: there is an intact bond.
     masks: Vec<u8>,
-    /// The masks of the bonds' lists that these belong to, where bonds can break; elsewhere their edition tells.
-    followed: Vec<u8>,
-    /// That of the masks these belong to.
-    edition: u64,
+    /// That of the masks of the bonds' lists that these say the same as; `None` while a sweep changes them.
+    edition: Option<u64>,
     /// Numbers of the cells, column by column: the displacement, and what one sweep leaves for the next.
     columns: Vec<f64>,
     legs: Vec<Leg>,
     /// Of each component eight numbers a group.
     forces: Vec<f64>,
-    /// Of each seat; that of a group's first tells of bonds that have broken in the group.
+    /// Of each seat; that of a group's first tells of bonds that have broken in the group. All false between sweeps.
     broke: Vec<bool>,
-    /// Groups may have lost bonds that the lists were not told of, should a panic have come between.
-    torn: bool,
 }
 
 /// The lattice part of a body in a sweep for forces.
@@ -111,36 +110,25 @@ impl<const N: usize> Outputs for Columns<'_, N> {
 }
 
 impl LatticeState {
-    /// With room for so many columns that sweeps leave; `breaks`: whether bonds can break.
-    pub(super) fn new(
-        scene: &Scene<'_>,
-        lattice: &Lattice,
-        left: usize,
-        breaks: bool,
-    ) -> Result<Self> {
-        let followed = if breaks { scene.families.block_count() } else { 0 };
+    /// With room for so many columns that sweeps leave.
+    pub(super) fn new(scene: &Scene<'_>, lattice: &Lattice, left: usize) -> Result<Self> {
         let (seats, workers) = (lattice.members.len(), scene.workers);
         let numbers = (scene.dimension + left) * stride(lattice) + SLACK;
         let mut held = Held {
             masks: workers.filled(0, lattice.groups.len() * lattice.row(), PURPOSE)?,
-            followed: workers.filled(0, followed, PURPOSE)?,
-            edition: scene.bonds.edition,
+            edition: None,
             columns: workers.filled(0.0, numbers, PURPOSE)?,
             legs: memory::filled(Leg::default(), lattice.stencil.len(), PURPOSE)?,
             forces: workers.filled(0.0, seats * scene.dimension, PURPOSE)?,
             broke: workers.filled(false, seats, PURPOSE)?,
-            // The masks of groups are still to be made.
-            torn: true,
         };
         held.follow(scene, lattice);
-        held.torn = false;
         Ok(Self(Mutex::new(held)))
     }
 
     pub(super) fn bytes(&self) -> usize {
         let held = self.0.lock().unwrap_or_else(|poison| poison.into_inner());
         memory::bytes(&held.masks)
-            + memory::bytes(&held.followed)
             + memory::bytes(&held.columns)
             + memory::bytes(&held.legs)
             + memory::bytes(&held.forces)
@@ -164,41 +152,16 @@ impl Held {
     /// Has the masks of groups say what those of the lists say.
     fn follow(&mut self, scene: &Scene<'_>, lattice: &Lattice) {
         let (families, intact) = (scene.families, scene.bonds.intact);
-        let all = self.torn || self.followed.is_empty();
         let of_member = |point: usize| &intact[families.blocks(point)];
-        for (group, masks) in self.masks.chunks_exact_mut(lattice.row()).enumerate() {
-            let mut members = lattice.members[group * LANES..][..LANES].iter();
-            let changed = |&point: &u32| {
-                let blocks = families.blocks(point as usize);
-                self.followed[blocks.clone()] != intact[blocks]
-            };
-            if all || members.any(|point| *point != NOBODY && changed(point)) {
-                lattice.turn(group, of_member, masks);
+        let row = lattice.row();
+        scene.workers.share(&mut self.masks, GROUPS_A_SHARE * row, |first, masks| {
+            for (group, masks) in masks.chunks_exact_mut(row).enumerate() {
+                lattice.turn(first / row + group, of_member, masks);
             }
-        }
-        if !self.followed.is_empty() {
-            self.followed.copy_from_slice(intact);
-        }
-        self.edition = scene.bonds.edition;
+        });
+        self.broke.fill(false);
+        self.edition = Some(scene.bonds.edition);
     }
-
-    /// Whether the masks of bonds are others than those of the groups.
-    fn is_behind(&self, scene: &Scene<'_>) -> bool {
-        if self.followed.is_empty() {
-            return self.torn || self.edition != scene.bonds.edition;
-        }
-        self.torn || is_changed(scene, &self.followed)
-    }
-}
-
-/// The masks that bonds break in, where they do: as they are, to begin with.
-pub(super) fn masks_as_they_are<'a>(
-    scene: &Scene<'_>,
-    breaking: &'a mut Option<Breaking<'_>>,
-) -> Option<&'a mut [u8]> {
-    let Breaking { intact, .. } = breaking.as_mut()?;
-    intact.copy_from_slice(scene.bonds.intact);
-    Some(intact)
 }
 
 /// Calls `part` for runs of groups that are in the same state: with their seats, and the part of the outputs that is theirs.
@@ -296,7 +259,7 @@ impl<'a> OnLattice<'a> {
 
     /// Forces per volume on the points of the lattice: `first` breaks bonds, and may make what `second` needs, which
     /// completes the forces of seats in a scene of the bonds that are left, and gives what they are to be multiplied
-    /// with. With `remaining`, which holds the masks as they are, bonds that break leave it. `influence`: w of a length.
+    /// with. `influence`: w of a length.
     /// Gives the first point whose force is not finite, or a number beyond all points.
     pub(super) fn sweep<const D: usize, const N: usize>(
         &self,
@@ -305,15 +268,15 @@ impl<'a> OnLattice<'a> {
         first: impl FnOnce(&mut Parts<'_, D, N>),
         second: impl FnOnce(Parts<'_, D, N>, &Scene<'_>) -> f64,
         force: &mut [f64],
-        mut remaining: Option<&mut [u8]>,
+        breaking: &mut Option<Breaking<'_>>,
     ) -> usize {
         let (lattice, workers) = (self.lattice, scene.workers);
         let mut held = self.state.0.lock().unwrap_or_else(|poison| poison.into_inner());
         let held = &mut *held;
-        if held.is_behind(scene) {
+        if held.edition != Some(scene.bonds.edition) {
             held.follow(scene, lattice);
         }
-        held.torn = true;
+        held.edition = None;
         let (unit, threshold) = (unit_of(lattice), self.threshold);
         let (stencil, legs) = (&lattice.stencil[..], &mut held.legs[..]);
         scene.simd.run(Prepare { stencil, unit, threshold, influence, legs });
@@ -325,7 +288,6 @@ impl<'a> OnLattice<'a> {
         place::<D>(workers, lattice, scene.displacement, unit, axes);
         let shifts = &*shifts;
         let shifts = std::array::from_fn(|axis| &shifts[axis * stride..][..cells]);
-        held.broke.fill(false);
         let mut left = left.chunks_mut(stride).map(|column| &mut column[..cells]);
         let mut parts = Parts {
             groups: Groups::<D>::new(lattice, &held.legs, shifts),
@@ -342,14 +304,15 @@ impl<'a> OnLattice<'a> {
             },
         };
         first(&mut parts);
-        let mut intact = scene.bonds.intact;
-        if let Some(remaining) = &mut remaining {
-            let groups = (&*parts.broke.0, &*parts.masks.0);
-            self.hand_out_breaks(scene, groups, &mut held.followed, remaining);
-            intact = remaining;
+        if let Some(breaking) = breaking
+            && parts.broke.0.contains(&true)
+        {
+            self.hand_out_breaks(scene, (parts.broke.0, parts.masks.0), breaking);
+            parts.broke.0.fill(false);
         }
-        held.torn = false;
-        let factor = second(parts, &Scene { bonds: BondsView { intact, ..scene.bonds }, ..*scene });
+        let left = in_lanes::remaining(scene, breaking);
+        held.edition = Some(left.bonds.edition);
+        let factor = second(parts, &left);
         self.hand_out::<D>(scene, &held.forces, factor, force)
     }
 
@@ -358,46 +321,31 @@ impl<'a> OnLattice<'a> {
         &self,
         scene: &Scene<'_>,
         (broke, masks): (&[bool], &[u8]),
-        followed: &mut [u8],
-        remaining: &mut [u8],
+        breaking: &mut Breaking<'_>,
     ) {
+        breaking.broke.store(true, Ordering::Relaxed);
         let (lattice, row) = (self.lattice, self.lattice.row());
-        if !broke.contains(&true) && lattice.count == scene.places.len() {
-            return;
-        }
         let (families, offsets) = (scene.families, &scene.families.offsets);
-        let remaining = Ragged { values: remaining, offsets, width: 1 };
-        let followed = Ragged { values: followed, offsets, width: 1 };
-        scene.workers.sweep(
-            scene.places.len(),
-            (remaining, followed),
-            |range, (remaining, followed)| {
-                let first = offsets[range.start] as usize;
-                for point in range {
-                    // Points without a seat are no concern of the groups.
-                    let seat = lattice.seat_of[point];
-                    let has_broken = seat != NOBODY && broke[seat as usize / LANES * LANES];
-                    if seat != NOBODY && !has_broken {
-                        continue;
-                    }
-                    let blocks = families.blocks(point);
-                    let blocks = blocks.start - first..blocks.end - first;
-                    if has_broken {
-                        let (group, lane) = (seat as usize / LANES, seat as usize % LANES);
-                        let of_group = &masks[group * row..(group + 1) * row];
-                        for (mask, steps) in
-                            remaining.values[blocks.clone()].iter_mut().zip(of_group.chunks(LANES))
-                        {
-                            for (bit, of_step) in steps.iter().enumerate() {
-                                *mask &= !((!of_step >> lane & 1) << bit);
-                            }
-                        }
-                    }
-                    // As the group's masks. Should the step fail, they will be found to differ.
-                    followed.values[blocks.clone()].copy_from_slice(&remaining.values[blocks]);
+        let remaining = Ragged { values: &mut *breaking.intact, offsets, width: 1 };
+        scene.workers.sweep(scene.places.len(), remaining, |range, remaining| {
+            let first = offsets[range.start] as usize;
+            for point in range {
+                let seat = lattice.seat_of[point] as usize;
+                // Points without a seat are no concern of the groups.
+                if seat == NOBODY as usize || !broke[seat / LANES * LANES] {
+                    continue;
                 }
-            },
-        );
+                let blocks = families.blocks(point);
+                let remaining = &mut remaining.values[blocks.start - first..blocks.end - first];
+                let (group, lane) = (seat / LANES, seat % LANES);
+                let of_group = &masks[group * row..(group + 1) * row];
+                for (mask, steps) in remaining.iter_mut().zip(of_group.chunks(LANES)) {
+                    for (bit, of_step) in steps.iter().enumerate() {
+                        *mask &= !((!of_step >> lane & 1) << bit);
+                    }
+                }
+            }
+        });
     }
 
     /// Has points take the forces of their seats.
@@ -435,17 +383,4 @@ impl<'a> OnLattice<'a> {
         });
         bad.into_inner()
     }
-}
-
-/// Whether the masks of bonds are others than these.
-fn is_changed(scene: &Scene<'_>, followed: &[u8]) -> bool {
-    let (intact, offsets) = (scene.bonds.intact, &scene.families.offsets);
-    let changed = AtomicBool::new(false);
-    scene.workers.sweep(scene.places.len(), None::<PerPoint<'_, u8>>, |range, _| {
-        let blocks = offsets[range.start] as usize..offsets[range.end] as usize;
-        if intact[blocks.clone()] != followed[blocks] {
-            changed.store(true, Ordering::Relaxed);
-        }
-    });
-    changed.into_inner()
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::extension_lanes::RINGS;
-use super::on_lattice::{Columns, LatticeState, OnLattice, Parts, by_state, masks_as_they_are};
+use super::on_lattice::{Columns, LatticeState, OnLattice, Parts, by_state};
 use super::ordinary_state_based::Lps;
 use super::passes::ForceSweep;
 use super::{Scene, in_lanes};
@@ -56,8 +56,7 @@ impl Lps {
             });
             unit.recip()
         };
-        let remaining = masks_as_they_are(scene, breaking);
-        let bad = on.sweep(scene, influence, first, second, force, remaining);
+        let bad = on.sweep(scene, influence, first, second, force, breaking);
         (bad != usize::MAX).then_some(bad)
     }
 }

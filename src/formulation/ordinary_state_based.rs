@@ -159,7 +159,7 @@ impl Passes for Lps {
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
         if let Some(lattice) = &scene.families.lattice {
-            self.lattice = Some(LatticeState::new(scene, lattice, 2, true)?);
+            self.lattice = Some(LatticeState::new(scene, lattice, 2)?);
         }
         Ok(())
     }

@@ -380,7 +380,7 @@ impl<P: Passes> Formulation for StateBased<P> {
         if in_lanes && records == 0 {
             let bad = self.forces_in_lanes(scene, scratch, force, &mut breaking);
             if let Some(breaking) = &mut breaking
-                && breaking.intact != scene.bonds.intact
+                && breaking.has_broken()
             {
                 self.book(scene, scratch, breaking);
             }

@@ -8,6 +8,7 @@
 //! The latency of a bond is some hundred cycles: while one part's root is taken, the next one's places are fetched.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::fields::{BondSums, Summand};
 use super::simd::{Kernel, Lanes, Mask, Simd, prefetch};
@@ -88,9 +89,16 @@ pub(crate) struct ForceSweep<'a, L, const LEAN: bool, const STEPS: bool, const D
     pub(crate) law: L,
     pub(crate) range: Range<usize>,
     pub(crate) force: &'a mut [f64],
-    pub(crate) remaining: Option<&'a mut [u8]>,
+    /// Where bonds may break.
+    pub(crate) remaining: Option<Remaining<'a>>,
     /// Whether points without bonds are left out.
     pub(crate) skips_bare: bool,
+}
+
+/// The masks of a range as they are, of which bonds that break are taken, and what is told when any do.
+pub(crate) struct Remaining<'a> {
+    pub(crate) masks: &'a mut [u8],
+    pub(crate) broke: &'a AtomicBool,
 }
 
 impl<L: BondLaw, const LEAN: bool, const STEPS: bool, const D: usize> Kernel
@@ -103,8 +111,8 @@ impl<L: BondLaw, const LEAN: bool, const STEPS: bool, const D: usize> Kernel
         let Self { cloud, law, range, force, remaining, skips_bare } = self;
         let pulls = Pulls::<_, _, LEAN, STEPS>::new(simd, cloud, law, skips_bare);
         match remaining {
-            Some(remaining) => pulls.sum_up::<true, D>(range, force, remaining),
-            None => pulls.sum_up::<false, D>(range, force, &mut []),
+            Some(_) => pulls.sum_up::<true, D>(range, force, remaining),
+            None => pulls.sum_up::<false, D>(range, force, None),
         }
     }
 }
@@ -229,13 +237,13 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
         Self { simd, cloud, law, seats, skips_bare, lists }
     }
 
-    /// Forces on the points of a range. With `BREAK` the bonds that break leave the masks of its blocks, `remaining`.
+    /// Forces on the points of a range. With `BREAK` the bonds that break leave `remaining`.
     #[inline(always)]
     fn sum_up<const BREAK: bool, const D: usize>(
         self,
         range: Range<usize>,
         force: &mut [f64],
-        remaining: &mut [u8],
+        mut remaining: Option<Remaining<'_>>,
     ) -> Option<usize> {
         let Self { cloud, law, seats, .. } = self;
         let offsets = &cloud.families.offsets;
@@ -253,9 +261,13 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
                 continue;
             }
             let (mut sum, beyond) = self.sum_bonds::<BREAK, D>(point, masks);
-            if BREAK && beyond {
-                let remaining = &mut remaining[blocks.start - first..blocks.end - first];
+            if BREAK
+                && beyond
+                && let Some(Remaining { masks, broke }) = &mut remaining
+            {
+                let remaining = &mut masks[blocks.start - first..blocks.end - first];
                 if judged(cloud.families, law, point, remaining) {
+                    broke.store(true, Ordering::Relaxed);
                     (sum, _) = self.sum_bonds::<false, D>(point, remaining);
                 }
             }

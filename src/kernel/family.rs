@@ -4,6 +4,7 @@
 //! the whole list of a point.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::simd::{Kernel, Lanes, Mask, Simd, prefetch};
 use crate::damage::BreakRule;
@@ -472,7 +473,10 @@ impl<'a> Limits<'a> {
 /// Bonds that break in a sweep: the rule, and the masks of the sweep's blocks.
 pub(crate) struct BreakHere<'a> {
     pub(crate) limits: Limits<'a>,
+    /// The masks as they are, of which bonds that break are taken.
     pub(crate) remaining: &'a mut [u8],
+    /// Told when any break.
+    pub(crate) broke: &'a AtomicBool,
     /// First block of the sweep.
     pub(crate) first: usize,
 }
@@ -491,6 +495,7 @@ impl BreakHere<'_> {
         let broken = self.limits.beyond(simd, family, at, lengths, *bits);
         if broken != 0 {
             *bits &= !broken;
+            self.broke.store(true, Ordering::Relaxed);
             self.remaining[at.1 / LANES - self.first] &= !(broken << (at.1 % LANES));
         }
     }

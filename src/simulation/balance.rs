@@ -119,7 +119,7 @@ impl Simulation {
     /// By all there is, and by plastic flow alone.
     fn dissipated(&self) -> Result<[f64; 2]> {
         let built = self.built()?;
-        let (places, broken) = (built.plan.places(), &built.dissipated[0]);
+        let (places, broken) = (built.plan.places(), &built.dissipated);
         let broken = |point: usize| broken.get(point).copied().unwrap_or(0.0);
         if built.bonds.records.is_empty() {
             let whole = self.sum_over_points(|point| broken(point) * places[point][3])?;
@@ -265,11 +265,11 @@ impl Simulation {
             state: self.state.bytes(),
         };
         if let Some(built) = self.built.get() {
-            let Built { plan, bonds, next_intact, dissipated, scratch, partial, .. } = built;
+            let Built { plan, bonds, aside, dissipated, scratch, partial, .. } = built;
             memory.state += built.stable_step.as_ref().map_or(0, StableStep::bytes);
             memory.points += plan.point_bytes();
-            memory.bonds += plan.bond_bytes() + bonds.bytes() + memory::bytes(next_intact);
-            memory.state += dissipated.iter().map(memory::bytes).sum::<usize>();
+            memory.bonds += plan.bond_bytes() + bonds.bytes() + aside.bytes_of_masks();
+            memory.state += memory::bytes(dissipated) + aside.bytes_of_losses();
             memory.state += memory::bytes(partial) + memory::bytes(scratch);
         }
         memory

@@ -4,7 +4,6 @@ use std::ops::ControlFlow;
 
 use super::setup::Built;
 use super::{LogLevel, Simulation};
-use crate::damage::Breaking;
 use crate::error::{Error, Result, argument};
 use crate::plan::Plan;
 use crate::solver::verlet::VerletStep;
@@ -110,29 +109,23 @@ impl Simulation {
         self.built_mut()?;
         self.close_ledger()?;
         let Self { state, built, points, .. } = self;
-        let Some(Built { workers, plan, bonds, next_intact, dissipated, scratch, .. }) =
-            built.get_mut()
+        let Some(Built { workers, plan, bonds, aside, dissipated, scratch, .. }) = built.get_mut()
         else {
             return Ok(());
         };
         // What breaks, and what materials will remember, comes with the forces.
         if plan.rule.is_some() || !bonds.records.is_empty() {
-            let [now, next] = dissipated;
             let before = (!state.pulled).then_some(&*state.next.displacement);
-            let breaking = plan.rule.as_ref().map(|rule| {
-                next.copy_from_slice(now);
-                Breaking { rule, intact: next_intact, dissipated: next, before }
-            });
+            let breaking = plan
+                .rule
+                .as_ref()
+                .map(|rule| aside.breaking(workers, rule, (bonds, dissipated), before));
             let scene = plan.scene(workers, bonds, &state.current.displacement);
             let force = &mut state.next.force;
             let failed = plan.formulation.force(&scene, scratch, force, breaking);
             check_force(plan, failed.map(|point| points.order().host[point]), state.time)?;
-            if plan.rule.is_some() {
-                if bonds.intact != *next_intact {
-                    state.force_fresh = false;
-                }
-                std::mem::swap(now, next);
-                std::mem::swap(&mut bonds.intact, next_intact);
+            if plan.rule.is_some() && aside.accept(bonds, dissipated) {
+                state.force_fresh = false;
             }
             bonds.keep_records(scratch);
         }
@@ -256,7 +249,6 @@ impl Simulation {
         } else {
             state.next.load.copy_from_slice(&state.current.load);
         }
-        let [dissipated, next_dissipated] = &mut built.dissipated;
         let step = VerletStep {
             plan: &built.plan,
             workers: &built.workers,
@@ -265,9 +257,8 @@ impl Simulation {
             current: &state.current,
             next: &mut state.next,
             host_load: state.host_load.as_deref(),
-            next_intact: &mut built.next_intact,
-            dissipated,
-            next_dissipated,
+            dissipated: &built.dissipated,
+            aside: &mut built.aside,
             scratch: &mut built.scratch,
             partial: &mut built.partial,
             time_step,
@@ -285,11 +276,10 @@ impl Simulation {
             )));
         }
         std::mem::swap(&mut state.current, &mut state.next);
-        if built.plan.rule.is_some() {
-            std::mem::swap(dissipated, next_dissipated);
-            std::mem::swap(&mut built.bonds.intact, &mut built.next_intact);
+        let Built { plan, bonds, aside, dissipated, scratch, .. } = built;
+        if plan.rule.is_some() {
+            aside.accept(bonds, dissipated);
         }
-        let Built { bonds, scratch, .. } = built;
         bonds.keep_records(scratch);
         state.ledger.work += work;
         state.time = end;

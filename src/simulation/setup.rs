@@ -2,7 +2,7 @@
 
 use super::drive::stopped_by_law;
 use super::{LogLevel, Simulation, refuse_after_setup};
-use crate::damage::BondState;
+use crate::damage::{Aside, BondState};
 use crate::error::{Error, Result, argument};
 use crate::families::crack::Crack;
 use crate::formulation::{EnergyPart, Scene};
@@ -17,11 +17,10 @@ pub(crate) struct Built {
     pub(crate) workers: Workers,
     pub(crate) plan: Plan,
     pub(crate) bonds: BondState,
-    /// Masks that the next step is made in; empty when nothing can break.
-    pub(crate) next_intact: Vec<u8>,
-    /// Energy per volume that each point has lost by broken bonds, now and in the next step; empty when nothing can break and
-    /// nothing was broken.
-    pub(crate) dissipated: [Vec<f64>; 2],
+    /// Energy per volume that each point has lost by broken bonds; empty when nothing can break and nothing was broken.
+    pub(crate) dissipated: Vec<f64>,
+    /// Where the next step breaks bonds; empty when nothing can break.
+    pub(crate) aside: Aside,
     /// What a sweep for forces writes aside.
     pub(crate) scratch: Vec<f64>,
     /// Room for sums, one value a block of points.
@@ -226,8 +225,8 @@ impl Simulation {
         let mut flowed = memory::filled(0.0, flowed_before.len(), "energy")?;
         let mut scratch = memory::filled(0.0, built.plan.scratch_of_energies(), "energy")?;
         let kept = built.bonds.kept_for_a_stop()?;
-        if built.dissipated[0].is_empty() {
-            built.dissipated[0] = built.workers.filled(0.0, before.len(), "dissipated energy")?;
+        if built.dissipated.is_empty() {
+            built.dissipated = built.workers.filled(0.0, before.len(), "dissipated energy")?;
         }
         let warning = built.carry_out(&request, &points.order().centre)?;
         // What the bonds held is dissipated; what the host adds by raising an integrity is given.
@@ -250,11 +249,12 @@ impl Simulation {
         }
         state.force_fresh = false;
         after.iter_mut().zip(&penalty).for_each(|(density, penalty)| *density += penalty);
-        for (point, dissipated) in built.dissipated[0].iter_mut().enumerate() {
+        built.aside.forget();
+        for (point, dissipated) in built.dissipated.iter_mut().enumerate() {
             *dissipated += (before[point] - after[point]).max(0.0);
         }
         for (dissipated, (was, is)) in
-            built.dissipated[0].iter_mut().zip(flowed_before.iter().zip(&flowed))
+            built.dissipated.iter_mut().zip(flowed_before.iter().zip(&flowed))
         {
             *dissipated += was - is;
         }
@@ -300,11 +300,8 @@ impl Simulation {
         let masks = if plan.rule.is_some() { plan.families.block_count() } else { 0 };
         let breakable = if plan.rule.is_some() { count } else { 0 };
         let mut built = Built {
-            next_intact: workers.filled(0, masks, "bond state")?,
-            dissipated: [
-                workers.filled(0.0, breakable, "dissipated energy")?,
-                workers.filled(0.0, breakable, "dissipated energy")?,
-            ],
+            dissipated: workers.filled(0.0, breakable, "dissipated energy")?,
+            aside: Aside::new(&workers, masks, breakable)?,
             scratch: workers.filled(0.0, plan.scratch(false), "forces")?,
             partial: memory::filled(0.0, block_count(count), "sums")?,
             stable_step: None,
@@ -387,10 +384,7 @@ impl Built {
             true => memory::filled(0.0, self.plan.count(), "energy")?,
             false => self.energy_density(displacement, EnergyPart::Plastic)?,
         };
-        density
-            .iter_mut()
-            .zip(&self.dissipated[0])
-            .for_each(|(density, broken)| *density += broken);
+        density.iter_mut().zip(&self.dissipated).for_each(|(density, broken)| *density += broken);
         Ok(density)
     }
 

@@ -4,7 +4,7 @@ use super::Simulation;
 use super::drive::stopped_by_law;
 use super::setup::Built;
 use crate::conditions::Conditions;
-use crate::damage::{BondState, Breaking};
+use crate::damage::BondState;
 use crate::error::{Error, Result};
 use crate::memory;
 use crate::plan::Plan;
@@ -178,7 +178,7 @@ impl Simulation {
         Ok(Search {
             acting,
             bonds: bonds.try_clone()?,
-            dissipated: memory::copied(&dissipated[0], PURPOSE)?,
+            dissipated: memory::copied(dissipated, PURPOSE)?,
             broken: 0,
             displacement: memory::copied(&current.displacement, PURPOSE)?,
             before: memory::copied(&current.displacement, PURPOSE)?,
@@ -198,8 +198,7 @@ impl Simulation {
     ) -> Result<Standing> {
         let Self { state, built, .. } = self;
         let Some(built) = built.get_mut() else { return Ok(Standing::Failed(Reason::TooMany)) };
-        let Built { workers, plan, next_intact, dissipated: [_, next_dissipated], scratch, .. } =
-            built;
+        let Built { workers, plan, aside, scratch, .. } = built;
         let Search { acting, bonds, dissipated, displacement, before, push, scale, .. } = search;
         let loads = state.settled.as_ref().map(|settled| &settled.load[..]);
         let under = Under { held: &acting.held, load: &acting.load };
@@ -218,11 +217,10 @@ impl Simulation {
         }
         // The forces of the equilibrium, and what they break.
         let scene = plan.scene(workers, bonds, displacement);
-        let breaking = plan.rule.as_ref().map(|rule| {
-            next_dissipated.copy_from_slice(dissipated);
-            let before = Some(&before[..]);
-            Breaking { rule, intact: next_intact, dissipated: next_dissipated, before }
-        });
+        let breaking = plan
+            .rule
+            .as_ref()
+            .map(|rule| aside.breaking(workers, rule, (bonds, dissipated), Some(&before[..])));
         *evaluations += 1;
         let failed = plan.formulation.force(&scene, scratch, &mut state.next.force, breaking);
         if let Some(error) = stopped_by_law(plan) {
@@ -231,15 +229,12 @@ impl Simulation {
         if let Some(place) = failed {
             return Ok(Standing::Failed(Reason::NotFinite(place)));
         }
-        if plan.rule.is_none() || bonds.intact == *next_intact {
+        let before_breaking = bonds.count();
+        if plan.rule.is_none() || !aside.accept(bonds, dissipated) {
             bonds.keep_records(scratch);
             return Ok(Standing::Reached);
         }
-        let gone = bonds.intact.iter().zip(&*next_intact);
-        let gone = gone.map(|(was, is)| u64::from((was & !is).count_ones()));
-        search.broken += gone.sum::<u64>() / 2;
-        bonds.intact.copy_from_slice(next_intact);
-        dissipated.copy_from_slice(next_dissipated);
+        search.broken += (before_breaking - bonds.count()) / 2;
         before.copy_from_slice(displacement);
         if search.breaks == 0 {
             return Ok(Standing::Failed(Reason::Breaking));
@@ -256,7 +251,8 @@ impl Simulation {
         let work = self.work_of_equilibrium(&acting)?;
         let kinetic = if self.state.ledger.open { self.resting_energy()? } else { 0.0 };
         let Self { state, built, conditions, .. } = self;
-        let Some(Built { plan, bonds, dissipated, stable_step, .. }) = built.get_mut() else {
+        let Some(Built { plan, bonds, aside, dissipated, stable_step, .. }) = built.get_mut()
+        else {
             return Ok(());
         };
         if let Some(known) = stable_step {
@@ -276,7 +272,8 @@ impl Simulation {
             next.acceleration[ruled.component] = 0.0;
         });
         *bonds = found_bonds;
-        dissipated[0] = lost;
+        *dissipated = lost;
+        aside.forget();
         std::mem::swap(&mut state.current, &mut state.next);
         state.ledger.work += work;
         state.ledger.given -= kinetic;

@@ -8,7 +8,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::conditions::{Conditions, Quantity};
-use crate::damage::{BondState, Breaking};
+use crate::damage::{Aside, BondState};
 use crate::families::Property;
 use crate::plan::Plan;
 use crate::state::{Kinematics, State};
@@ -23,9 +23,9 @@ pub(crate) struct VerletStep<'a> {
     pub(crate) current: &'a Kinematics,
     pub(crate) next: &'a mut Kinematics,
     pub(crate) host_load: Option<&'a [f64]>,
-    pub(crate) next_intact: &'a mut [u8],
+    /// What points have lost by bonds that broke.
     pub(crate) dissipated: &'a [f64],
-    pub(crate) next_dissipated: &'a mut [f64],
+    pub(crate) aside: &'a mut Aside,
     pub(crate) scratch: &'a mut [f64],
     pub(crate) partial: &'a mut [f64],
     pub(crate) time_step: f64,
@@ -79,15 +79,10 @@ impl VerletStep<'_> {
     fn force(&mut self) -> Result<(), usize> {
         let Kinematics { displacement, force, .. } = &mut *self.next;
         let scene = self.plan.scene(self.workers, self.bonds, displacement);
-        let breaking = match &self.plan.rule {
-            Some(rule) => {
-                self.next_dissipated.copy_from_slice(self.dissipated);
-                let (intact, dissipated) = (&mut *self.next_intact, &mut *self.next_dissipated);
-                let before = Some(&*self.current.displacement);
-                Some(Breaking { rule, intact, dissipated, before })
-            }
-            None => None,
-        };
+        let breaking = self.plan.rule.as_ref().map(|rule| {
+            let before = Some(&*self.current.displacement);
+            self.aside.breaking(self.workers, rule, (self.bonds, self.dissipated), before)
+        });
         self.plan.formulation.force(&scene, self.scratch, force, breaking).map_or(Ok(()), Err)
     }
 

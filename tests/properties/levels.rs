@@ -242,6 +242,43 @@ fn what_the_host_breaks_is_lost_to_a_lattice_that_cannot_break() {
 }
 
 #[test]
+fn what_a_failed_step_has_broken_is_whole_again() {
+    let points = Points::block(3, &[0.0; 3], &[14.0, 11.0, 9.0], 1.0).unwrap();
+    let torn = |start: f64| -> Vec<f64> {
+        let places = points.coordinates().chunks(3);
+        places.flat_map(|place| [start * (place[0] - 7.0).max(0.0), 0.0, 0.0]).collect()
+    };
+    // One point flies out of the range of numbers while others tear their bonds.
+    let mut beyond = torn(0.2);
+    beyond[0] = f64::MAX;
+    for (formulation, lattices) in ON_LATTICES.into_iter().flat_map(|f| [(f, true), (f, false)]) {
+        let [tried, straight] = [true, false].map(|tries| {
+            let mut model = model(formulation, 3.015);
+            model.set("critical_stretch", 0.01).unwrap();
+            let mut simulation = Simulation::new(&points, &model).unwrap();
+            simulation.set_lattices(lattices).unwrap();
+            for step in 1..4 {
+                if tries {
+                    simulation.set(Field::Velocity, &beyond).unwrap();
+                    let before = bonds(&simulation);
+                    assert!(simulation.step(0.1, 1).is_err());
+                    assert_eq!(before, bonds(&simulation));
+                }
+                simulation.set(Field::Velocity, &torn(0.07 * f64::from(step))).unwrap();
+                simulation.step(0.1, 1).unwrap();
+            }
+            simulation
+        });
+        let name = format!("{formulation}, lattices {lattices}");
+        assert!(bonds(&straight).iter().any(|&(_, _, integrity)| integrity == 0.0), "{name}");
+        assert_eq!(bonds(&tried), bonds(&straight), "{name}");
+        // But for the account of energy, which books each velocity that is given.
+        let fields = |body| state_bits(body).into_iter().take(6);
+        assert!(fields(&tried).eq(fields(&straight)), "{name}");
+    }
+}
+
+#[test]
 fn a_lattice_at_rest_or_moved_as_a_whole_has_no_force() {
     let points = Points::block(3, &[0.1; 3], &[1.7, 1.3, 1.2], 0.1).unwrap();
     for (level, formulation) in
