@@ -2,7 +2,8 @@
 //!
 //! Points of one volume that stand on the crossings of a grid, and whose neighbours all do, need no list of their own:
 //! all have the same few vectors to their neighbours, the stencil. They are numbered by cells, row after row, with empty
-//! cells between rows and planes as wide as a stencil reaches, and computed in groups of eight along a row.
+//! rows between planes, as many as a stencil reaches, and computed in groups of eight cells. Steps from the ends of a row
+//! may lead into the next one: such are no bonds.
 
 #[cfg(test)]
 mod tests;
@@ -36,6 +37,8 @@ pub(crate) enum LatticeUse {
     None,
     /// They run on it where all of the body is one. Bonds are listed all the same, for sweeps that do not.
     Whole,
+    /// The same, and groups that stand side by side in neighbouring rows are computed together.
+    Pairs,
     /// They run on any part of the body that is one, and members need no lists.
     Parts,
 }
@@ -63,8 +66,12 @@ pub(crate) struct Lattice {
     pub(crate) seat_of: Vec<u32>,
     /// Number of members.
     pub(crate) count: usize,
+    /// First cell of the first row.
+    front: usize,
     /// Cells from a row to the next.
     pub(crate) next_row: usize,
+    /// Crossings that a stencil goes beyond the ends of a row, into others.
+    beyond: usize,
     /// Steps that two points of neighbouring rows take to the same cells.
     pub(crate) shared: Vec<SharedStep>,
 }
@@ -84,24 +91,35 @@ struct Numbering {
     first: [i32; 3],
     /// Cells from one row, and from one plane, to the next.
     strides: [usize; 3],
+    /// Crossings that a stencil goes beyond the ends of a row, into others.
+    beyond: usize,
     /// Cells before the first.
     front: usize,
     cells: usize,
 }
 
 impl Numbering {
-    /// `reach`: how many crossings a stencil goes along each axis.
-    fn new(first: [i32; 3], counts: [usize; 3], reach: [usize; 3]) -> Self {
-        // Rows that fill whole groups best.
-        let filled =
-            |axis: usize| counts[axis] as f64 / counts[axis].next_multiple_of(LANES) as f64;
+    /// `reach`: how many crossings a stencil goes along each axis; `pairs`: whether groups of neighbouring rows stand side by
+    /// side.
+    fn new(first: [i32; 3], counts: [usize; 3], reach: [usize; 3], pairs: bool) -> Self {
+        // Rows that fill whole groups best, or without gaps the longest.
+        let worth = |axis: usize| {
+            let count = counts[axis] as f64;
+            if pairs { count / counts[axis].next_multiple_of(LANES) as f64 } else { count }
+        };
         let mut axes = [0, 1, 2];
         for other in [1, 2] {
-            if filled(axes[other]) > filled(axes[0]) + 1e-9 {
+            if worth(axes[other]) > worth(axes[0]) + 1e-9 {
                 axes.swap(0, other);
             }
         }
-        let row = (counts[axes[0]] + reach[axes[0]]).next_multiple_of(LANES);
+        let (count, along) = (counts[axes[0]], reach[axes[0]]);
+        // Without gaps, no two steps are to lead to the same cell; those into another row are longer than all others then.
+        let (row, beyond) = if !pairs && count > 2 * along {
+            (count, along)
+        } else {
+            ((count + along).next_multiple_of(LANES), 0)
+        };
         let plane = (counts[axes[1]] + reach[axes[1]]).saturating_mul(row);
         let strides = [1, row, plane];
         let farthest = (0..3)
@@ -109,7 +127,8 @@ impl Numbering {
             .fold(0, usize::saturating_add);
         let front = farthest.next_multiple_of(LANES);
         let body = counts[axes[2]].saturating_mul(plane);
-        Self { axes, first, strides, front, cells: body.saturating_add(2 * front + LANES) }
+        let cells = body.saturating_add(2 * front + LANES);
+        Self { axes, first, strides, beyond, front, cells }
     }
 
     fn cell(&self, numbers: &[i32; 3]) -> usize {
@@ -126,7 +145,12 @@ impl Numbering {
 impl Lattice {
     /// The lattice of the crossings of a body of sharp families of one radius, if it is worth it; `whole` tells of each
     /// inner place whether all its neighbours are at crossings, too.
-    pub(super) fn of(crossings: &Crossings, whole: &[bool], radius: f64) -> Result<Option<Self>> {
+    pub(super) fn of(
+        crossings: &Crossings,
+        whole: &[bool],
+        radius: f64,
+        pairs: bool,
+    ) -> Result<Option<Self>> {
         let Crossings { grid, volume, of } = crossings;
         let count = of.len();
         let (mut first, mut last) = ([i32::MAX; 3], [i32::MIN; 3]);
@@ -148,7 +172,7 @@ impl Lattice {
                 reach[axis] = reach[axis].max(vector[axis].unsigned_abs() as usize);
             }
         }
-        let numbering = Numbering::new(first, counts, reach);
+        let numbering = Numbering::new(first, counts, reach, pairs);
         if numbering.cells > count.saturating_mul(CELLS_PER_POINT).min(NOBODY as usize) {
             return Ok(None);
         }
@@ -179,7 +203,9 @@ impl Lattice {
             members: Vec::new(),
             seat_of: memory::filled(NOBODY, count, PURPOSE)?,
             count: members,
+            front: numbering.front,
             next_row: numbering.strides[1],
+            beyond: numbering.beyond,
             shared: shared(&steps, numbering.strides[1] as isize)?,
         };
         lattice.seat(|point| whole[point])?;
@@ -238,7 +264,7 @@ impl Lattice {
             return None;
         }
         let squared = squared_length(&places[self.point_of[cell] as usize], &places[neighbor]);
-        (!self.doubtful[step] || squared <= self.most).then_some((neighbor, squared))
+        (squared <= self.most).then_some((neighbor, squared))
     }
 
     /// The neighbour of a member along a step of the stencil, and 1/L.
@@ -256,14 +282,16 @@ impl Lattice {
                 *mask |= u8::from(there != NOBODY) << bit;
             }
         }
-        for step in (0..self.stencil.len()).filter(|&step| self.doubtful[step]) {
+        let column = (cell - self.front) % self.next_row;
+        let is_inside = column >= self.beyond && column + self.beyond < self.next_row;
+        for step in (0..self.stencil.len()).filter(|&step| self.doubtful[step] || !is_inside) {
             if self.neighbor(places, cell, step).is_none() {
                 masks[step / LANES] &= !(1 << (step % LANES));
             }
         }
     }
 
-    /// Number of the step from the member in a cell to a point, if it is one of the stencil.
+    /// Number of the step from the member in a cell to that of a point, if it is one of the stencil.
     pub(super) fn step_to(&self, cell: usize, point: usize) -> Option<usize> {
         let there = self.cell_of[point];
         if there == NOBODY {

@@ -24,6 +24,7 @@ use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
 use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::error::Result;
+use crate::families::lattice::LatticeUse;
 use crate::kernel::family::Record;
 use crate::kernel::quadrature::Stress;
 use crate::material::{Across, Answer, Deformation};
@@ -336,8 +337,8 @@ impl Passes for Baqp {
         Ok(())
     }
 
-    fn has_use_for_a_lattice(&self) -> bool {
-        self.fits_lattice()
+    fn use_of_a_lattice(&self) -> LatticeUse {
+        if self.fits_lattice() { LatticeUse::Pairs } else { LatticeUse::None }
     }
 
     fn room_of_lanes(&self, points: usize, _: usize, dimension: usize) -> usize {

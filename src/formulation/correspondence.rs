@@ -19,6 +19,7 @@ use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::error::Result;
 use crate::families::Property;
+use crate::families::lattice::LatticeUse;
 use crate::kernel::family::Record;
 use crate::material::{Answer, Deformation};
 use crate::tensor::{
@@ -288,8 +289,8 @@ impl Passes for Correspondence {
         self.order
     }
 
-    fn has_use_for_a_lattice(&self) -> bool {
-        self.fits_lattice()
+    fn use_of_a_lattice(&self) -> LatticeUse {
+        if self.fits_lattice() { LatticeUse::Pairs } else { LatticeUse::None }
     }
 
     fn room_of_lanes(&self, points: usize, _: usize, dimension: usize) -> usize {

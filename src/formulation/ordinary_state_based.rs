@@ -17,6 +17,7 @@ use super::{
     ordinary_plastic,
 };
 use crate::error::{Error, Result};
+use crate::families::lattice::LatticeUse;
 use crate::material::Law;
 use crate::model::Model;
 use crate::tensor::{Vector, dot};
@@ -152,9 +153,9 @@ impl Passes for Lps {
         self.surface.as_ref()
     }
 
-    fn has_use_for_a_lattice(&self) -> bool {
+    fn use_of_a_lattice(&self) -> LatticeUse {
         let alike = self.moduli.only().is_some() && self.weights.are_shared();
-        alike && self.surface.is_none()
+        if alike && self.surface.is_none() { LatticeUse::Whole } else { LatticeUse::None }
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {

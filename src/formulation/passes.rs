@@ -8,6 +8,7 @@ use super::surface::Surface;
 use super::{EnergyPart, Kinematics, Read, Scene};
 use crate::damage::Breaking;
 use crate::error::Result;
+use crate::families::lattice::LatticeUse;
 use crate::material::Deformation;
 use crate::tensor::Vector;
 
@@ -96,9 +97,9 @@ pub(super) trait Passes: Sized + Send + Sync {
         }
     }
 
-    /// Whether its sweeps are faster where the body is a lattice.
-    fn has_use_for_a_lattice(&self) -> bool {
-        false
+    /// What its sweeps make of a lattice.
+    fn use_of_a_lattice(&self) -> LatticeUse {
+        LatticeUse::None
     }
 
     /// Takes the body as it is before the first step.

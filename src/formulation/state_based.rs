@@ -315,8 +315,7 @@ fn gather<const D: usize>(
 
 impl<P: Passes> Formulation for StateBased<P> {
     fn use_of_a_lattice(&self) -> LatticeUse {
-        let whole = self.breaks_alike && self.passes.has_use_for_a_lattice();
-        if whole { LatticeUse::Whole } else { LatticeUse::None }
+        if self.breaks_alike { self.passes.use_of_a_lattice() } else { LatticeUse::None }
     }
 
     fn know_limits(&mut self, _: bool, are_alike: bool) {

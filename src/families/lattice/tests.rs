@@ -60,9 +60,15 @@ fn check(places: &[Place], listed: &Families, families: &Families) {
             assert_eq!(back.length.to_bits(), bond.length.to_bits());
         }
         assert!(families.between(point, point).is_none());
-        let other = (point * 7 + 3) % places.len();
-        let bonded = |families: &Families| families.between(point, other).is_some();
-        assert_eq!(bonded(listed), bonded(families));
+        // The next ones may stand in the next row.
+        for other in [point * 7 + 3, point + 1, point + 3].map(|other| other % places.len()) {
+            let bonded = |families: &Families| families.between(point, other).is_some();
+            assert_eq!(bonded(listed), bonded(families));
+        }
+        let mut masks = vec![0; families.blocks(point).len()];
+        families.mark_bonds(point, &mut masks);
+        let ends = masks.iter().map(|mask| mask.count_ones() as usize);
+        assert_eq!(ends.sum::<usize>(), listed.bonds(point).count());
         let Some(cell) = lattice.member(point) else { continue };
         assert_eq!(lattice.cell(lattice.seat_of[point] as usize), cell);
         assert_eq!(lattice.point_of[cell] as usize, point);
@@ -81,21 +87,46 @@ fn check(places: &[Place], listed: &Families, families: &Families) {
 #[test]
 fn where_lists_are_wanted_they_hold_the_steps() {
     let places = block([21, 13, 11], [0.1; 3]);
-    let families = found(&places, 0.3015, LatticeUse::Whole);
-    assert!(families.lattice.is_some() && families.lists() == families.offsets);
-    let inverses = families.inverse_lengths.as_ref().unwrap();
-    for point in 0..places.len() {
-        let blocks = families.blocks(point);
-        let lanes = blocks.start * LANES..blocks.end * LANES;
-        let mut names = vec![0; lanes.len()];
-        families.name(point, lanes.start, &mut names);
-        assert_eq!(families.neighbors[lanes], names);
-        for bond in families.bonds(point) {
-            assert_eq!(inverses[bond.slot].recip().to_bits(), bond.length.to_bits());
-        }
-    }
+    let listed = found(&places, 0.3015, LatticeUse::None);
     let part = [&places[..], &[[0.55, 0.55, 3.0, 2.0]]].concat();
-    assert!(found(&part, 0.3015, LatticeUse::Whole).lattice.is_none());
+    for lattice_use in [LatticeUse::Whole, LatticeUse::Pairs] {
+        let families = found(&places, 0.3015, lattice_use);
+        assert!(families.lattice.is_some() && families.lists() == families.offsets);
+        let inverses = families.inverse_lengths.as_ref().unwrap();
+        for point in 0..places.len() {
+            let blocks = families.blocks(point);
+            let lanes = blocks.start * LANES..blocks.end * LANES;
+            let mut names = vec![0; lanes.len()];
+            families.name(point, lanes.start, &mut names);
+            assert_eq!(families.neighbors[lanes], names);
+            for bond in families.bonds(point) {
+                assert_eq!(inverses[bond.slot].recip().to_bits(), bond.length.to_bits());
+            }
+        }
+        check(&places, &listed, &families);
+        assert!(found(&part, 0.3015, lattice_use).lattice.is_none());
+    }
+}
+
+#[test]
+fn rows_stand_without_gaps_where_no_pairs_are_wanted() {
+    // Rows as long as the stencil, longer, and shorter: gaps are needed where two steps would lead to one cell.
+    let dense = [0.3, 0.02, 0.3];
+    for (counts, spacing, row) in
+        [([9, 31, 9], dense, 31), ([9, 12, 10], [0.1; 3], 12), ([9, 30, 9], dense, 48)]
+    {
+        let places = block(counts, spacing);
+        let listed = found(&places, 0.3015, LatticeUse::None);
+        let [packed, pairs] = [LatticeUse::Whole, LatticeUse::Pairs].map(|lattice_use| {
+            let families = found(&places, 0.3015, lattice_use);
+            check(&places, &listed, &families);
+            families.lattice.unwrap()
+        });
+        assert_eq!(packed.next_row, row, "{counts:?}");
+        assert_eq!(pairs.next_row % LANES, 0, "{counts:?}");
+        let groups = [&packed, &pairs].map(|lattice| lattice.groups.len());
+        assert!(groups[0] < groups[1] || row == pairs.next_row, "{counts:?}: {groups:?}");
+    }
 }
 
 #[test]
