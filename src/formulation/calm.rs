@@ -39,15 +39,38 @@ struct Extent([[f64; 2]; 3]);
 
 impl Extent {
     const NOTHING: Self = Self([[f64::INFINITY, f64::NEG_INFINITY]; 3]);
+    const EVERYTHING: Self = Self([[f64::NEG_INFINITY, f64::INFINITY]; 3]);
 
     fn add(&mut self, place: &[f64]) {
         for (ends, &x) in self.0.iter_mut().zip(place) {
-            if !x.is_finite() {
-                *ends = [f64::NEG_INFINITY, f64::INFINITY];
-            }
             ends[0] = if x < ends[0] { x } else { ends[0] };
             ends[1] = if x > ends[1] { x } else { ends[1] };
         }
+    }
+
+    /// Of vectors of `D` components, taken two at a time; of everything where one is not finite.
+    fn of<const D: usize, const BOTH: usize>(vectors: &[f64]) -> Self {
+        let (mut low, mut high) = ([f64::INFINITY; BOTH], [f64::NEG_INFINITY; BOTH]);
+        let mut odd = [0.0; BOTH];
+        let (pairs, last) = vectors.as_chunks::<BOTH>();
+        let mut add = |numbers: &[f64; BOTH]| {
+            for (place, &x) in numbers.iter().enumerate() {
+                low[place] = if x < low[place] { x } else { low[place] };
+                high[place] = if x > high[place] { x } else { high[place] };
+                // Not a number unless all are finite.
+                odd[place] += 0.0 * x;
+            }
+        };
+        pairs.iter().for_each(&mut add);
+        if !last.is_empty() {
+            add(&std::array::from_fn(|place| last[place % D]));
+        }
+        let mut extent = Self::NOTHING;
+        for place in 0..BOTH {
+            let ends = &mut extent.0[place % D];
+            *ends = [ends[0].min(low[place]), ends[1].max(high[place])];
+        }
+        if odd == [0.0; BOTH] { extent } else { Self::EVERYTHING }
     }
 
     fn join(&mut self, other: &Self) {
@@ -132,12 +155,11 @@ impl Calm {
         let (count, dimension) = (scene.places.len(), scene.dimension);
         let extents = PerBlock(&mut seen.extents[..]);
         scene.workers.sweep(count, extents, |range, extents| {
-            let mut extent = Extent::NOTHING;
             let own = &scene.displacement[range.start * dimension..range.end * dimension];
-            for shift in own.chunks_exact(dimension) {
-                extent.add(shift);
-            }
-            extents.0[0] = extent;
+            extents.0[0] = match dimension {
+                3 => Extent::of::<3, 6>(own),
+                _ => Extent::of::<2, 4>(own),
+            };
         });
         let Seen { extents, widths, .. } = &mut *seen;
         scene.workers.sweep(count, PerBlock(&mut widths[..]), |range, widths| {
@@ -330,10 +352,17 @@ mod tests {
 
     #[test]
     fn what_is_no_number_neither_rests_nor_is_short() {
-        let mut extent = Extent::NOTHING;
-        [[0.0, 0.0], [f64::NAN, 0.0]].iter().for_each(|shift| extent.add(shift));
-        let calm = calm(1.0, &[extent.0[0]]);
-        let bonds = look(&calm).at_points(0, f64::MAX);
-        assert!(!bonds.rest && !bonds.are_short);
+        for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            for place in 0..6 {
+                let mut vectors = [0.0; 6];
+                vectors[place] = odd;
+                let extent = Extent::of::<2, 4>(&vectors);
+                let calm = calm(1.0, &[extent.0[0]]);
+                let bonds = look(&calm).at_points(0, f64::MAX);
+                assert!(!bonds.rest && !bonds.are_short);
+            }
+        }
+        let extent = Extent::of::<2, 4>(&[1.0, 2.0, 4.0, 1.0, -1.0, 3.0]);
+        assert_eq!(extent.0[..2], [[-1.0, 4.0], [1.0, 3.0]]);
     }
 }

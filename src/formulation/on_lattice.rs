@@ -15,6 +15,7 @@ use crate::error::Result;
 use crate::families::LANES;
 use crate::families::lattice::{Lattice, NOBODY};
 use crate::kernel::lattice::{Groups, Leg, Prepare};
+use crate::kernel::simd::prefetch;
 use crate::memory;
 use crate::workers::{Outputs, PerPoint, Ragged, Workers};
 
@@ -22,6 +23,9 @@ const PURPOSE: &str = "lattices";
 
 /// Numbers beyond the cells of a column: the next one does not begin at the same place of a page.
 const STAGGER: usize = 168;
+
+/// Points whose forces are asked for ahead of their turn.
+const AHEAD: usize = 12;
 
 /// Groups whose masks a thread makes in one go.
 const GROUPS_A_SHARE: usize = 256;
@@ -363,7 +367,11 @@ impl<'a> OnLattice<'a> {
             // A group with others that do not rest was swept by what sweeps before may have left out.
             let rest = self.look.is_some_and(|(look, rings)| look.block_rests(range.start, rings));
             for (force, point) in force.iter_mut().zip(range) {
-                let seat = self.lattice.seat_of[point];
+                let seats = &self.lattice.seat_of;
+                if let Some(&ahead) = seats.get(point + AHEAD) {
+                    (0..D).for_each(|axis| prefetch(forces, ahead as usize / LANES * D + axis));
+                }
+                let seat = seats[point];
                 if seat == NOBODY {
                     continue;
                 }

@@ -151,6 +151,7 @@ const NOWHERE: Leg = Leg {
     limit: 0.0,
     weight: 0.0,
     weighted: [0.0; 3],
+    length: 0.0,
     pull: 0.0,
     moment: 0.0,
 };

@@ -34,6 +34,8 @@ pub(crate) struct Leg {
     weight: f64,
     /// w xi
     weighted: [f64; 3],
+    /// L, as l is made of l^2 and 1/l.
+    length: f64,
     /// w L
     pull: f64,
     /// w L^2
@@ -74,6 +76,7 @@ impl<W: Fn(f64) -> f64> Kernel for Prepare<'_, W> {
                 limit: squared * (1.0 + self.threshold),
                 weight,
                 weighted: reference.map(|along| weight * along),
+                length: squared * inverse,
                 pull: weight * length,
                 moment: weight * squared,
             };

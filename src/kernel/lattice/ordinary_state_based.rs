@@ -102,7 +102,7 @@ impl<S: Simd> Left<'_, S> {
     }
 }
 
-/// sum w L^2 and sum w L^2 s
+/// sum w L^2 and sum w L (l - L)
 struct Dilation<F> {
     moment: F,
     stretch: F,
@@ -118,13 +118,12 @@ impl<S: Simd, const D: usize> Term<S, D> for Dilation<S::Lanes> {
         root: S::Lanes,
         mask: S::Mask,
     ) {
-        let moment = simd.splat(leg.moment);
-        let mut stretch = (simd.splat(leg.inverse) - root) * (bonds.square * root);
+        let mut extension = bonds.square * root - simd.splat(leg.length);
         if !WHOLE {
-            stretch = stretch.only(mask);
-            self.moment = self.moment + moment.only(mask);
+            extension = extension.only(mask);
+            self.moment = self.moment + simd.splat(leg.moment).only(mask);
         }
-        self.stretch = stretch.mul_add(moment, self.stretch);
+        self.stretch = extension.mul_add(simd.splat(leg.pull), self.stretch);
     }
 }
 
