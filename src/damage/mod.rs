@@ -216,9 +216,6 @@ pub(crate) struct Aside {
     broke: AtomicBool,
 }
 
-/// Numbers that a thread copies in one go.
-const COPIED: usize = 1 << 15;
-
 impl Aside {
     /// With room for the masks of the bonds and the losses of so many points.
     pub(crate) fn new(workers: &Workers, masks: usize, points: usize) -> Result<Self> {
@@ -239,8 +236,8 @@ impl Aside {
         before: Option<&'a [f64]>,
     ) -> Breaking<'a> {
         if self.edition != bonds.edition {
-            copy(workers, &bonds.intact, &mut self.intact);
-            copy(workers, dissipated, &mut self.dissipated);
+            workers.copy(&bonds.intact, &mut self.intact);
+            workers.copy(dissipated, &mut self.dissipated);
         }
         // Until the sweep is over it is not known what is held.
         self.edition = next_edition();
@@ -274,10 +271,6 @@ impl Aside {
     pub(crate) fn bytes_of_losses(&self) -> usize {
         memory::bytes(&self.dissipated)
     }
-}
-
-fn copy<T: Copy + Send + Sync>(workers: &Workers, from: &[T], to: &mut [T]) {
-    workers.share(to, COPIED, |first, to| to.copy_from_slice(&from[first..first + to.len()]));
 }
 
 /// D_i = 1 - sum d_ij V_j / sum V_j over each point's own family; 0 for a point without one.

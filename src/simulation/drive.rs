@@ -247,7 +247,7 @@ impl Simulation {
         if conditions.loads_vary() {
             conditions.ask_loads(end, built.plan.dimension, &mut state.next.load)?;
         } else {
-            state.next.load.copy_from_slice(&state.current.load);
+            built.workers.copy(&state.current.load, &mut state.next.load);
         }
         let step = VerletStep {
             plan: &built.plan,

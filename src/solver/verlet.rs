@@ -92,7 +92,6 @@ impl VerletStep<'_> {
         let (plan, current, host) = (self.plan, self.current, self.host_load);
         let Kinematics { displacement, velocity, acceleration, force, load } = &mut *self.next;
         let (displacement, force, load) = (&*displacement, &*force, &*load);
-        let loaded = host.is_some() || !load.is_empty();
         let bad = AtomicUsize::new(usize::MAX);
         let outputs = (
             PerPoint(velocity, dimension),
@@ -100,8 +99,13 @@ impl VerletStep<'_> {
             PerBlock(&mut *self.partial),
         );
         self.workers.sweep(plan.count(), outputs, |range, (velocity, acceleration, work)| {
+            let components = range.start * dimension..range.end * dimension;
+            let pulls = |values: &[f64]| {
+                let bits = values.get(components.clone()).unwrap_or_default().iter();
+                bits.fold(0, |bits, value| bits | value.to_bits()) << 1 != 0
+            };
+            let loaded = pulls(host.unwrap_or_default()) || pulls(load) || pulls(&current.load);
             if let (false, &Property::Uniform(density)) = (loaded, &plan.density) {
-                let components = range.start * dimension..range.end * dimension;
                 let moves = force[components.clone()].iter().zip(&displacement[components]);
                 let next = velocity.0.iter_mut().zip(acceleration.0);
                 let mut finite = true;

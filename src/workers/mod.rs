@@ -21,6 +21,9 @@ pub(crate) const MOST_THREADS: usize = 4096;
 /// Parts that a sweep is cut into at most; threads take one after the other.
 const MOST_PARTS: usize = 64;
 
+/// Values that a thread copies in one go.
+const COPIED: usize = 1 << 15;
+
 /// Points and what a sweep writes of them, until a thread takes both.
 type Part<O> = Mutex<Option<(Range<usize>, O)>>;
 
@@ -118,6 +121,11 @@ impl Workers {
         } else {
             self.pool.run(&work);
         }
+    }
+
+    /// Copies as many values as there are, all threads together.
+    pub(crate) fn copy<T: Copy + Send + Sync>(&self, from: &[T], to: &mut [T]) {
+        self.share(to, COPIED, |first, to| to.copy_from_slice(&from[first..first + to.len()]));
     }
 
     /// `count` copies of `value`, each page of which belongs to the thread that wrote it.

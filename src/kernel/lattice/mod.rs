@@ -232,17 +232,19 @@ fn walk<const WHOLE: bool, const LOOK: bool, const CAREFUL: bool, S: Simd, const
     for (own, shifts) in own.iter_mut().zip(groups.shifts) {
         *own = simd.load(&shifts[cell..]);
     }
-    let mut beyond = 0;
     let Some((first, rest)) = groups.legs.split_first() else { return 0 };
+    // Below 0 where a bond is longer than its limit: to compare each takes a slot of the units that multiply.
+    let mut room = simd.splat(0.0);
     let (&last, before) = masks.split_last().unwrap_or((&0, &[]));
     // While one step's root is taken, the next one's points are fetched.
     let (mut leg, mut pulled) = (first, stretch(simd, groups, cell, first, &own));
     for (next, &mask) in rest.iter().zip(before) {
         let ahead = stretch(simd, groups, cell, next, &own);
-        beyond |= pull::<WHOLE, LOOK, CAREFUL, S, D>(simd, leg, mask >> lane, pulled, term);
+        pull::<WHOLE, LOOK, CAREFUL, S, D>(simd, leg, mask >> lane, pulled, &mut room, term);
         (leg, pulled) = (next, ahead);
     }
-    beyond | pull::<WHOLE, LOOK, CAREFUL, S, D>(simd, leg, last >> lane, pulled, term)
+    pull::<WHOLE, LOOK, CAREFUL, S, D>(simd, leg, last >> lane, pulled, &mut room, term);
+    room.signs()
 }
 
 #[inline(always)]
@@ -271,18 +273,18 @@ fn pull<const WHOLE: bool, const LOOK: bool, const CAREFUL: bool, S: Simd, const
     leg: &Leg,
     bits: u8,
     mut pulled: Pulled<S::Lanes, D>,
+    room: &mut S::Lanes,
     term: &mut impl Term<S, D>,
-) -> u8 {
-    let mut beyond = 0;
+) {
     if LOOK {
-        beyond = pulled.square.above(simd.splat(leg.limit)).bits() & bits;
+        let own = simd.splat(leg.limit) - pulled.square;
+        *room = room.joined(if WHOLE { own } else { own.only(simd.mask(bits)) });
     }
     if CAREFUL {
         pulled.square = pulled.square.max(simd.splat(LEAST));
     }
     let root = pulled.square.reciprocal_root();
     term.add::<WHOLE>(simd, leg, &pulled, root, simd.mask(bits));
-    beyond
 }
 
 /// Whether all lanes of some numbers are finite.

@@ -229,6 +229,18 @@ impl Lanes for Four {
     }
 
     #[inline(always)]
+    fn joined(self, other: Self) -> Self {
+        // SAFETY: as above.
+        Self(unsafe { _mm256_or_pd(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn signs(self) -> u8 {
+        // SAFETY: as above.
+        unsafe { _mm256_movemask_pd(self.0) as u8 }
+    }
+
+    #[inline(always)]
     fn only(self, mask: Chosen) -> Self {
         // SAFETY: as above.
         Self(unsafe { _mm256_and_pd(self.0, mask.0) })

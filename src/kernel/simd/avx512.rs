@@ -195,6 +195,18 @@ impl Lanes for Eight {
     }
 
     #[inline(always)]
+    fn joined(self, other: Self) -> Self {
+        // SAFETY: as above.
+        Self(unsafe { _mm512_or_pd(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn signs(self) -> u8 {
+        // SAFETY: as above.
+        unsafe { _mm512_movepi64_mask(_mm512_castpd_si512(self.0)) }
+    }
+
+    #[inline(always)]
     fn only(self, mask: Bits) -> Self {
         // SAFETY: as above.
         Self(unsafe { _mm512_maskz_mov_pd(mask.0, self.0) })

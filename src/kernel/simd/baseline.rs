@@ -182,6 +182,16 @@ impl Lanes for Two {
     }
 
     #[inline(always)]
+    fn joined(self, other: Self) -> Self {
+        Self(registers::joined(self.0, other.0))
+    }
+
+    #[inline(always)]
+    fn signs(self) -> u8 {
+        registers::signs(self.0)
+    }
+
+    #[inline(always)]
     fn only(self, mask: Chosen) -> Self {
         Self(registers::only(self.0, mask.0))
     }
@@ -240,6 +250,8 @@ mod registers {
         root(a: Pair) -> Pair = sse2::_mm_sqrt_pd(a);
         above(a: Pair, b: Pair) -> Chosen = sse2::_mm_cmpgt_pd(a, b);
         larger(a: Pair, b: Pair) -> Pair = sse2::_mm_max_pd(a, b);
+        joined(a: Pair, b: Pair) -> Pair = sse2::_mm_or_pd(a, b);
+        signs(a: Pair) -> u8 = sse2::_mm_movemask_pd(a) as u8;
         only(a: Pair, chosen: Chosen) -> Pair = sse2::_mm_and_pd(a, chosen);
         choose(a: Pair, chosen: Chosen, b: Pair) -> Pair =
             sse2::_mm_or_pd(sse2::_mm_and_pd(chosen, a), sse2::_mm_andnot_pd(chosen, b));
@@ -270,6 +282,7 @@ mod registers {
         root(a: f64) -> f64 = f64::sqrt;
         above(a: f64, b: f64) -> bool = |a, b| a > b;
         larger(a: f64, b: f64) -> f64 = |a, b| if a > b { a } else { b };
+        joined(a: f64, b: f64) -> f64 = |a, b| f64::from_bits(a.to_bits() | b.to_bits());
         only(a: f64, chosen: bool) -> f64 = |a, chosen| if chosen { a } else { 0.0 };
         choose(a: f64, chosen: bool, b: f64) -> f64 = |a, chosen, b| if chosen { a } else { b };
         both(a: bool, b: bool) -> bool = |a, b| a & b;
@@ -286,6 +299,10 @@ mod registers {
     #[inline(always)]
     pub(super) fn high(a: Pair) -> f64 {
         a[1]
+    }
+    #[inline(always)]
+    pub(super) fn signs(a: Pair) -> u8 {
+        bits(a.map(f64::is_sign_negative))
     }
     #[inline(always)]
     pub(super) fn bits(a: Chosen) -> u8 {

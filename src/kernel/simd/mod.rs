@@ -148,6 +148,12 @@ pub(crate) trait Lanes:
     /// Where these are greater than `other`; nothing is above what is not a number, nor is that above anything.
     fn above(self, other: Self) -> Self::Mask;
 
+    /// The bits that either has: the sign is set where one of both is.
+    fn joined(self, other: Self) -> Self;
+
+    /// One bit a lane: its sign is set.
+    fn signs(self) -> u8;
+
     /// These where the mask is set, else 0.
     fn only(self, mask: Self::Mask) -> Self;
 

@@ -56,6 +56,10 @@ impl Kernel for Arithmetic {
             assert_eq!(lanes(simd, a.or(odd, b))[k], if chosen { A[k] } else { B[k] });
         }
         assert_eq!((odd & a.above(b)).bits(), bits & 0b1010_1010);
+        let shifted = b - simd.splat(2.5);
+        let negative = |k: usize| A[k] < 0.0 || B[k] < 2.5;
+        let all = (0..S::WIDTH).fold(0, |bits, k| bits | u8::from(negative(k)) << k);
+        assert_eq!((a.joined(shifted).signs(), b.joined(b).signs()), (all, 0));
         let (sum, expected) = (b.total(), B[..S::WIDTH].iter().sum::<f64>());
         assert!((sum - expected).abs() <= 1e-15 * expected);
     }
