@@ -11,7 +11,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::fields::{BondSums, Summand};
-use super::simd::{Kernel, Lanes, Mask, Simd, prefetch};
+use super::simd::{Kernel, Lanes, Mask, Simd, prefetch, prefetch_rows};
 use crate::families::lattice::NOBODY;
 use crate::families::{Bond, Families, LANES};
 
@@ -219,6 +219,9 @@ fn judged(families: &Families, law: impl BondLaw, point: usize, masks: &mut [u8]
     }
     broke
 }
+
+/// Lanes whose other ends are asked for ahead of their turn.
+const ROWS_AHEAD: usize = 4 * LANES;
 
 /// Blocks that are asked for ahead of their turn.
 const AHEAD: usize = 16;
@@ -449,6 +452,9 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
         let Self { simd, cloud, .. } = *self;
         let slot = part.slot;
         prefetch(&cloud.families.neighbors, slot + AHEAD * LANES);
+        if !STEPS {
+            prefetch_rows(cloud.records, &cloud.families.neighbors, slot + ROWS_AHEAD, S::WIDTH);
+        }
         let mut inverse = self.inverse(slot);
         // SAFETY: the search makes neighbours of points of the body alone, and each has a record.
         let places = unsafe { simd.columns(cloud.records, 0, part.neighbors) };

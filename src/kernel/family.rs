@@ -6,7 +6,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::simd::{Kernel, Lanes, Mask, Simd, prefetch};
+use super::simd::{Kernel, Lanes, Mask, Simd, prefetch, prefetch_rows};
 use crate::damage::BreakRule;
 use crate::families::{Families, LANES};
 use crate::model::Influence;
@@ -81,6 +81,9 @@ pub(crate) struct Stretches<F> {
     /// l/L - 1
     pub(super) stretch: F,
 }
+
+/// Lanes whose other ends are asked for ahead of their turn.
+const ROWS_AHEAD: usize = 4 * LANES;
 
 /// Blocks that are asked for ahead of their turn.
 const AHEAD: usize = 24;
@@ -171,7 +174,9 @@ impl<'a> Family<'a> {
         own: &[S::Lanes; 8],
         slot: usize,
     ) -> Bonds<S::Lanes, D> {
-        prefetch(&self.families.neighbors, slot + AHEAD * LANES);
+        let names = &self.families.neighbors;
+        prefetch(names, slot + AHEAD * LANES);
+        prefetch_rows(self.records, names, slot + ROWS_AHEAD, S::WIDTH);
         let (reference, volume) = self.references(simd, own, slot);
         // SAFETY: as in `references`.
         let shifts = unsafe { simd.columns(self.records, 4, self.names::<S>(slot)) };
@@ -286,6 +291,19 @@ impl<'a> Family<'a> {
         from_slot(simd, inverses, slot)
     }
 
+    /// 1/L^2 of the bonds from a slot on with these L^2; lanes without a bond may have no number.
+    #[inline(always)]
+    pub(super) fn inverse_squares<S: Simd>(
+        &self,
+        simd: S,
+        slot: usize,
+        squared: S::Lanes,
+    ) -> S::Lanes {
+        let Some(inverses) = &self.families.inverse_lengths else { return squared.reciprocal() };
+        let inverse = from_slot(simd, inverses, slot);
+        inverse * inverse
+    }
+
     /// omega of the bonds from a slot on with their xi; in the rim of the horizon that at the horizon.
     #[inline(always)]
     pub(super) fn weights<S: Simd, const D: usize>(
@@ -327,17 +345,16 @@ fn from_slot<S: Simd>(simd: S, numbers: &[f64], slot: usize) -> S::Lanes {
 impl<F: Lanes, const D: usize> Bonds<F, D> {
     #[inline(always)]
     pub(super) fn lengths<S: Simd<Lanes = F>>(&self, simd: S) -> Lengths<F> {
-        let half = simd.splat(0.5);
-        let (mut squared, mut change) = (half, half);
+        let (mut squared, mut change) = (simd.splat(0.0), simd.splat(0.0));
         for axis in 0..D {
             let (x, moved) = (self.reference[axis], self.moved[axis]);
-            let middle = moved.mul_add(half, x);
+            let both = x + (x + moved);
             (squared, change) = match axis {
-                0 => (x * x, moved * middle),
-                _ => (x.mul_add(x, squared), moved.mul_add(middle, change)),
+                0 => (x * x, moved * both),
+                _ => (x.mul_add(x, squared), moved.mul_add(both, change)),
             };
         }
-        Lengths { squared, change: change + change }
+        Lengths { squared, change }
     }
 
     /// eta
@@ -352,16 +369,17 @@ impl<F: Lanes, const D: usize> Bonds<F, D> {
 }
 
 impl<F: Lanes> Lengths<F> {
-    /// Not a number in lanes without a bond. Right to 2e-19 of a length; where bonds count one by one to the last bits of
-    /// the stretch, as loops over single bonds are.
+    /// Of the bonds from a slot on; lanes without a bond may have no number. Right to 2e-19 of a length; where bonds count one
+    /// by one to the last bits of the stretch, as loops over single bonds are.
     #[inline(always)]
     pub(super) fn stretches<S: Simd<Lanes = F>>(
         &self,
         simd: S,
         family: &Family<'_>,
+        slot: usize,
     ) -> Stretches<F> {
         let one = simd.splat(1.0);
-        let change = self.change * self.squared.reciprocal();
+        let change = self.change * family.inverse_squares(simd, slot, self.squared);
         if family.omega.each.is_some() {
             let root = (one + change).max(simd.splat(LEAST)).sqrt();
             return Stretches { shrunk: one / root, stretch: change / (one + root) };
@@ -387,6 +405,12 @@ impl<'a, const C: usize> Table<'a, C> {
     #[inline(always)]
     pub(super) fn row(&self, point: usize) -> &'a [f64; C] {
         &self.0[point]
+    }
+
+    /// Asks for the rows of other ends that will be read after those from a slot on.
+    #[inline(always)]
+    pub(super) fn ask_ahead(&self, family: &Family<'_>, slot: usize, count: usize) {
+        prefetch_rows(self.0, &family.families.neighbors, slot + ROWS_AHEAD, count);
     }
 
     /// # Safety

@@ -181,7 +181,7 @@ where
             for slot in (start..end).step_by(S::WIDTH) {
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
                 let mask = simd.mask(family.bits(slot));
-                let stretches = bonds.lengths(simd).stretches(simd, &family);
+                let stretches = bonds.lengths(simd).stretches(simd, &family, slot);
                 let (pull, mut flowed) = pull.at(simd, &family, (point, slot), &bonds, stretches);
                 let weight = family.weighted(simd, slot, &bonds.reference, bonds.volume).only(mask);
                 if let Some(flowed) = &mut flowed {

@@ -36,7 +36,7 @@ impl<const D: usize, const C: usize> Kernel for GradientPull<'_, D, C> {
         for (force, point) in forces.iter_mut().zip(range) {
             let place = simd.quad(quad_at(table.row(point), 0));
             let mut sums = [simd.quad_of(0.0); APART];
-            each_bond::<S, D>(simd, &family, point, |lane, name, weight| {
+            each_bond::<S, D, C>(simd, (&family, &table), point, |lane, name, weight| {
                 // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
                 let row = unsafe { table.row_of(name) };
                 let pull = pull::<S, D, C>(simd, row, place, scale);
@@ -79,7 +79,7 @@ impl<const D: usize, const C: usize> Kernel for PenaltyPull<'_, D, C> {
             let shift = simd.quad(shift);
             let mut sums = [simd.quad_of(0.0); APART];
             let mut moves = [simd.quad_of(0.0); APART];
-            each_bond::<S, D>(simd, &family, point, |lane, name, weight| {
+            each_bond::<S, D, C>(simd, (&family, &table), point, |lane, name, weight| {
                 // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
                 let row = unsafe { table.row_of(name) };
                 let column = |number: usize| simd.quad(quad_at(row, number));
@@ -116,11 +116,12 @@ impl<const D: usize, const C: usize> Kernel for PenaltyPull<'_, D, C> {
     }
 }
 
-/// Calls `take` with lane, other end and weight there of the bonds of a point; it is 1 unless the family weighs them.
+/// Calls `take` with lane, other end and weight there of the bonds of a point; it is 1 unless the family weighs them. The other
+/// ends' rows of the table are fetched ahead.
 #[inline(always)]
-fn each_bond<S: Simd, const D: usize>(
+fn each_bond<S: Simd, const D: usize, const C: usize>(
     simd: S,
-    family: &Family<'_>,
+    (family, table): (&Family<'_>, &Table<'_, C>),
     point: usize,
     mut take: impl FnMut(usize, u32, f64),
 ) {
@@ -138,6 +139,7 @@ fn each_bond<S: Simd, const D: usize>(
                 weight.store(&mut weights[lane..]);
             }
         }
+        table.ask_ahead(family, slot, 8);
         let names = family.block(slot);
         for lane in 0..8 {
             if bits >> lane & 1 != 0 {

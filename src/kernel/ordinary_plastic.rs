@@ -106,7 +106,7 @@ fn elastic<S: Simd, const D: usize>(
         let bonds = family.bonds::<S, D>(simd, &own, slot);
         let lengths = bonds.lengths(simd);
         let mask = simd.mask(family.bits(slot));
-        let at = lengths.stretches(simd, family);
+        let at = lengths.stretches(simd, family, slot);
         let inverse = family.inverse_lengths(simd, slot, &bonds.reference);
         let length = lengths.squared * inverse;
         let weight = family.weighted(simd, slot, &bonds.reference, bonds.volume);
@@ -215,7 +215,7 @@ impl<const D: usize> Kernel for PullAlong<'_, D> {
             let (start, end) = family.slots(point);
             for slot in (start..end).step_by(S::WIDTH) {
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
-                let at = bonds.lengths(simd).stretches(simd, &family);
+                let at = bonds.lengths(simd).stretches(simd, &family, slot);
                 let both = both_ends(simd, pulls, backs, slot);
                 let pull = (both * bonds.volume * at.shrunk).only(simd.mask(family.bits(slot)));
                 let deformed = bonds.deformed();

@@ -46,7 +46,7 @@ where
                     breaking.at(simd, &family, (point, slot), &lengths, &mut bits);
                 }
                 let mask = simd.mask(bits);
-                let at = lengths.stretches(simd, &family);
+                let at = lengths.stretches(simd, &family, slot);
                 let weight = family.weighted(simd, slot, &bonds.reference, bonds.volume);
                 let along = if PER_LENGTH {
                     weight * family.inverse_lengths(simd, slot, &bonds.reference)
@@ -98,7 +98,7 @@ impl<const D: usize, const PER_LENGTH: bool> Kernel for OtherPull<'_, D, PER_LEN
             let (start, end) = family.slots(point);
             for slot in (start..end).step_by(S::WIDTH) {
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
-                let at = bonds.lengths(simd).stretches(simd, &family);
+                let at = bonds.lengths(simd).stretches(simd, &family, slot);
                 let dilating = if PER_LENGTH {
                     bonds.last * family.inverse_lengths(simd, slot, &bonds.reference)
                 } else {
@@ -153,7 +153,7 @@ where
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
                 let lengths = bonds.lengths(simd);
                 let mask = simd.mask(family.bits(slot));
-                let at = lengths.stretches(simd, &family);
+                let at = lengths.stretches(simd, &family, slot);
                 let square =
                     family.weighted(simd, slot, &bonds.reference, bonds.volume) * lengths.squared;
                 let moment = if PER_LENGTH {

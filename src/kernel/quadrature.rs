@@ -147,6 +147,7 @@ impl<const C: usize> Middles<'_, C> {
         let bonds = family.bonds::<S, D>(simd, &end.record, slot);
         let xi = bonds.reference;
         let mut columns = [zero; C];
+        table.ask_ahead(&family, slot, S::WIDTH);
         for first in (0..odd_place(D) + 1).step_by(4) {
             // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
             let four = unsafe { table.columns(simd, first, family.names::<S>(slot)) };
@@ -157,7 +158,7 @@ impl<const C: usize> Middles<'_, C> {
             squared = x.mul_add(*x, squared);
         }
         // Lanes without a bond have no length.
-        let inverse = squared.or(mask, one).reciprocal();
+        let inverse = family.inverse_squares(simd, slot, squared.or(mask, one));
         let (mut along, mut gradient) = (xi, end.half_gradient);
         for axis in 0..D {
             along[axis] = xi[axis] * inverse;

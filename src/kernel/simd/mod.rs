@@ -212,6 +212,25 @@ pub(crate) fn prefetch<T>(values: &[T], index: usize) {
     let _ = (values, index);
 }
 
+/// Asks for the rows of a table that names name, so many from the first, if there are as many.
+#[inline(always)]
+pub(crate) fn prefetch_rows<const C: usize>(
+    table: &[[f64; C]],
+    names: &[u32],
+    first: usize,
+    count: usize,
+) {
+    let numbers = table.as_flattened();
+    if let Some(names) = names.get(first..first + count) {
+        for &name in names {
+            // A number of each line of the cache.
+            for number in (0..C).step_by(8) {
+                prefetch(numbers, name as usize * C + number);
+            }
+        }
+    }
+}
+
 /// Operators of a type of lanes, from an unsafe call of its level each.
 macro_rules! operators {
     ($lanes:ident: $($trait:ident $method:ident = $call:path;)+) => {
