@@ -36,7 +36,7 @@ use crate::tensor::{
 use std::f64::consts::PI;
 
 /// A force comes from the stresses of the neighbours' bonds, and a stress from the families of both its ends.
-pub(super) const RINGS: u8 = 3;
+const RINGS: u8 = 3;
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     name: "bond_associated_quadrature",

@@ -7,8 +7,8 @@
 use std::cell::RefCell;
 
 use super::body::Body;
-use super::bond_associated_quadrature::{Baqp, MOST_LEFT, RINGS, before_rows};
-use super::calm::Look;
+use super::bond_associated_quadrature::{Baqp, MOST_LEFT, before_rows};
+use super::calm::Resting;
 use super::correspondence::gradient_at;
 use super::kept_rows::{Order, Point, Points, Sweep, leave, pull};
 use super::kinematics::Kinematics;
@@ -63,7 +63,7 @@ struct Swept<'a, const D: usize, const SIZE: usize> {
     gradients: &'a [[f64; GRADIENT]],
     kept: &'a Points<'a>,
     /// Where nothing happens.
-    look: Option<&'a Look<'a>>,
+    resting: Resting<'a>,
 }
 
 impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
@@ -122,7 +122,7 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
         let scene = self.body.scene;
         let outputs = (PerPoint(force, D), PerPoint(left, 1));
         scene.workers.sweep(scene.places.len(), outputs, |range, (force, left)| {
-            if in_lanes::rest(self.look, range.start, RINGS + 1) {
+            if self.resting.block(range.start, 1) {
                 return;
             }
             let (forces, _) = force.0.as_chunks_mut::<D>();
@@ -271,12 +271,12 @@ impl Baqp {
         &self,
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        let ForceSweep { scene, room, force, breaking, look } = sweep;
+        let ForceSweep { scene, room, force, breaking, resting } = sweep;
         let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
         let (records, rest) = in_lanes::record::<D>(scene, room.tables);
         let (gradients, rest) = in_lanes::table(rest, count);
         let (left, _) = in_lanes::table::<C>(rest, count);
-        let sweep = Sweep::new(scene, omega, records).resting(look, RINGS, 3);
+        let sweep = Sweep::new(scene, omega, records).resting(resting, 2);
         let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, breaking, |_| true);
         let scene = &in_lanes::remaining(scene, breaking);
         let sweep = Sweep { scene, ..sweep };
@@ -360,12 +360,11 @@ impl Baqp {
         wanted: impl Fn(usize) -> bool + Sync,
         then: impl FnOnce(&Swept<'_, D, SIZE>),
     ) {
-        let Sweep { scene, records, rest, .. } = sweep;
-        let look = rest.map(|(look, _)| look);
+        let Sweep { scene, records, resting, .. } = sweep;
         let family = sweep.family();
         let middles = Middles { family, table: Table::new(&family, gradients) };
         let body = Body::new(scene, &self.weights);
-        let swept = Swept { baqp: self, body, middles, records, gradients, kept, look };
+        let swept = Swept { baqp: self, body, middles, records, gradients, kept, resting };
         if !self.laws.remember() {
             return then(&swept);
         }

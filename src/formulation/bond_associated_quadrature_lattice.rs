@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use super::Scene;
 use super::body::Body;
-use super::bond_associated_quadrature::{Baqp, RINGS, before_rows};
+use super::bond_associated_quadrature::{Baqp, before_rows};
 use super::bond_associated_quadrature_lanes::left_of;
 use super::correspondence::gradient_at;
 use super::kept_rows::Order;
@@ -60,14 +60,9 @@ impl Baqp {
         (lattice, rows): (&Lattice, &LatticeRows),
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        let ForceSweep { scene, force, breaking, look, .. } = sweep;
+        let ForceSweep { scene, force, breaking, resting, .. } = sweep;
         let (omega, law) = (self.kept.omega(scene, &self.weights)?, self.stress(D)?);
-        let on = OnLattice::breaking(
-            scene,
-            (lattice, &rows.state),
-            breaking.as_ref(),
-            look.map(|look| (look, RINGS)),
-        );
+        let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref(), resting);
         let order = Order { order: self.order, looks_twice: true };
         let any_odd = Cell::new(false);
         let first = |parts: &mut Parts<'_, D, M>| {

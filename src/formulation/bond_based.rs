@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use super::body::{Body, ByModel, Link, Weights};
 use super::bond_forces::{self, BondForces, energies, fields};
 use super::bond_laws::{Alike, Common, Limits, Various, close_to};
-use super::calm::{Calm, Look};
+use super::calm::{Calm, Look, Resting};
 use super::constants;
 use super::on_lattice::{LatticeState, OnLattice};
 use super::ordinary_state_based::extension;
@@ -185,7 +185,7 @@ impl BondBased {
             state,
             threshold: close_to(critical),
             limits,
-            look: look.map(|look| (look, 1)),
+            resting: Resting::new(look, 1),
         })
     }
 

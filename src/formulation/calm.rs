@@ -216,7 +216,7 @@ impl Look<'_> {
     }
 
     /// Of the members of a group.
-    pub(super) fn at_group(&self, members: &[u32], threshold: f64) -> Bonds {
+    fn at_group(&self, members: &[u32], threshold: f64) -> Bonds {
         let blocks = || blocks_of(members);
         let are_short = self.is_short(self.widest, threshold)
             || blocks().all(|block| self.is_short(self.seen.widths[block], threshold));
@@ -224,12 +224,12 @@ impl Look<'_> {
     }
 
     /// Whether so many rings rest around all points of the block that begins with a point.
-    pub(super) fn block_rests(&self, first: usize, rings: u8) -> bool {
+    fn block_rests(&self, first: usize, rings: u8) -> bool {
         self.seen.rings[first / BLOCK] >= rings
     }
 
     /// The same around the members of a group.
-    pub(super) fn group_rests(&self, members: &[u32], rings: u8) -> bool {
+    fn group_rests(&self, members: &[u32], rings: u8) -> bool {
         self.any_rests && blocks_of(members).all(|block| self.seen.rings[block] >= rings)
     }
 
@@ -238,6 +238,37 @@ impl Look<'_> {
         // (l/L)^2 - 1 is no more than t (2 + t) at a relative displacement t of L; with room for rounding.
         let most = width / self.calm.shortest;
         self.skips.stretch_tests && 1.001 * most * (2.0 + most) + 1e-12 < threshold
+    }
+}
+
+/// Where the force on a point is 0, if a look was taken: where so many rings around it rest.
+#[derive(Clone, Copy)]
+pub(super) struct Resting<'a> {
+    look: Option<&'a Look<'a>>,
+    rings: u8,
+}
+
+impl<'a> Resting<'a> {
+    /// Nowhere.
+    pub(super) const NEVER: Self = Self { look: None, rings: 0 };
+
+    pub(super) fn new(look: Option<&'a Look<'a>>, rings: u8) -> Self {
+        Self { look, rings }
+    }
+
+    /// Whether a sweep with so many sweeps after it has nothing to do for the block that begins with a point.
+    pub(super) fn block(&self, first: usize, sweeps: u8) -> bool {
+        self.look.is_some_and(|look| look.block_rests(first, self.rings + sweeps))
+    }
+
+    /// The same for the members of a group.
+    pub(super) fn group(&self, members: &[u32], sweeps: u8) -> bool {
+        self.look.is_some_and(|look| look.group_rests(members, self.rings + sweeps))
+    }
+
+    /// What can be said of the bonds of the members of a group.
+    pub(super) fn bonds_of(&self, members: &[u32], threshold: f64) -> Option<Bonds> {
+        Some(self.look?.at_group(members, threshold))
     }
 }
 

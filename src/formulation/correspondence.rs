@@ -28,7 +28,7 @@ use crate::tensor::{
 };
 
 /// A force comes from the families of the point and of its neighbours.
-pub(super) const RINGS: u8 = 2;
+const RINGS: u8 = 2;
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     name: "correspondence",

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::Body;
 use super::breaking::Near;
-use super::correspondence::{Correspondence, RINGS, deformation_at, gradient_at};
+use super::correspondence::{Correspondence, deformation_at, gradient_at};
 use super::gradient::Gradient;
 use super::kept_rows::{
     Order, Point, Points, Sweep, collocate, leave, leave_penalty, pull, pull_with_penalty,
@@ -138,11 +138,11 @@ impl Correspondence {
         &self,
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        let ForceSweep { scene, room, force, breaking, look } = sweep;
+        let ForceSweep { scene, room, force, breaking, resting } = sweep;
         let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
         let (records, rest) = in_lanes::record::<D>(scene, room.tables);
         let (left, _) = in_lanes::table::<C>(rest, count);
-        let sweep = Sweep::new(scene, omega, records).resting(look, RINGS, 2);
+        let sweep = Sweep::new(scene, omega, records).resting(resting, 1);
         let pulls = Pulls { correspondence: self, records, bad: AtomicUsize::new(usize::MAX) };
         let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1));
         let kept = if self.laws.remember() {

@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::Body;
-use super::correspondence::{Correspondence, RINGS};
+use super::correspondence::Correspondence;
 use super::lattice_rows::{Gradients, LatticeRows, Seat, pull};
 use super::on_lattice::{Columns, OnLattice, Parts};
 use super::passes::ForceSweep;
@@ -27,14 +27,9 @@ impl Correspondence {
         (lattice, rows): (&Lattice, &LatticeRows),
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        let ForceSweep { scene, force, breaking, look, .. } = sweep;
+        let ForceSweep { scene, force, breaking, resting, .. } = sweep;
         let omega = self.kept.omega(scene, &self.weights)?;
-        let on = OnLattice::breaking(
-            scene,
-            (lattice, &rows.state),
-            breaking.as_ref(),
-            look.map(|look| (look, RINGS)),
-        );
+        let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref(), resting);
         let bad = AtomicUsize::new(usize::MAX);
         let noted = |point: usize, answer: Answer<D>| {
             if !answer.energy.is_finite() {

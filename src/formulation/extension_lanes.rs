@@ -27,7 +27,7 @@ pub(super) fn forces<const D: usize, const PER_LENGTH: bool>(
     weights: &Weights,
     pulls: impl Fn(usize, [f64; 2]) -> [f64; 2] + Sync,
 ) -> Option<usize> {
-    let ForceSweep { scene, room, force, breaking, look } = sweep;
+    let ForceSweep { scene, room, force, breaking, resting } = sweep;
     let (omega, count) = (in_lanes::omega(scene, weights)?, scene.places.len());
     let (records, rest) = in_lanes::record::<D>(scene, room.tables);
     let (left, _) = in_lanes::table(rest, count);
@@ -36,7 +36,7 @@ pub(super) fn forces<const D: usize, const PER_LENGTH: bool>(
     let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1), masks);
     scene.workers.sweep(count, outputs, |range, (force, left, masks)| {
         let breaking = masks.zip(how).map(|(masks, how)| how.here(range.start, masks));
-        if in_lanes::rest(look, range.start, RINGS + 1) {
+        if resting.block(range.start, 1) {
             return;
         }
         let (force, left, pulls) = (force.0, left.0, &pulls);
@@ -47,7 +47,7 @@ pub(super) fn forces<const D: usize, const PER_LENGTH: bool>(
     let family = in_lanes::family(scene, left, omega);
     let bad = AtomicUsize::new(usize::MAX);
     scene.workers.sweep(count, PerPoint(force, D), |range, force| {
-        if in_lanes::rest(look, range.start, RINGS) {
+        if resting.block(range.start, 0) {
             return force.0.fill(0.0);
         }
         let sweep = OtherPull::<D, PER_LENGTH> { family, range, force: force.0 };

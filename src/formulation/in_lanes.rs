@@ -3,7 +3,6 @@
 
 use super::Scene;
 use super::body::Weights;
-use super::calm::Look;
 use crate::damage::Breaking;
 use crate::families::Property;
 use crate::kernel::family::{BreakHere, Family, Limits, Omega, Record};
@@ -111,11 +110,6 @@ impl<'a> HowTheyBreak<'a> {
         let Self { limits, broke, offsets } = self;
         BreakHere { limits, broke, remaining: masks.values, first: offsets[first] as usize }
     }
-}
-
-/// Whether so many rings rest around the points of a block, which begins with a point.
-pub(super) fn rest(look: Option<&Look<'_>>, first: usize, rings: u8) -> bool {
-    look.is_some_and(|look| look.block_rests(first, rings))
 }
 
 /// The scene with the bonds that remain.

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::body::Weights;
-use super::calm::Look;
+use super::calm::Resting;
 use super::gradient::{Gradient, width};
 use super::in_lanes::HowTheyBreak;
 use super::{Scene, in_lanes};
@@ -82,8 +82,9 @@ pub(super) struct Sweep<'a> {
     pub(super) scene: &'a Scene<'a>,
     pub(super) omega: Omega<'a>,
     pub(super) records: &'a [Record],
-    /// Where a sweep for forces finds nothing to do, and from how many rings of rest on: for the gradients, and at its end.
-    pub(super) rest: Option<(&'a Look<'a>, [u8; 2])>,
+    /// What sweeps for forces leave out, and how many come after that of the gradients.
+    pub(super) resting: Resting<'a>,
+    pub(super) after: u8,
 }
 
 impl KeptRows {
@@ -130,7 +131,7 @@ impl KeptRows {
     ) -> Points<'a> {
         let mut guard = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         let Store { numbers, masks: kept_masks } = &mut *guard;
-        let Sweep { scene, omega, rest, .. } = sweep;
+        let Sweep { scene, omega, resting, after, .. } = sweep;
         let (horizon, each) = (omega.horizon, kept_width(D, SIZE));
         let family = sweep.family();
         let keep = |moments: &Moments, kept: &mut [f64]| {
@@ -146,7 +147,7 @@ impl KeptRows {
             (outputs, masks, kept),
             |range, (outputs, masks, (numbers, kept_masks))| {
                 let breaking = masks.zip(how).map(|(masks, how)| how.here(range.start, masks));
-                if rest.is_some_and(|(look, [rings, _])| look.block_rests(range.start, rings)) {
+                if resting.block(range.start, after) {
                     return;
                 }
                 let mut outputs = PointByPoint::new(outputs, range.start);
@@ -319,12 +320,12 @@ pub(super) fn collocate<const D: usize, const SIZE: usize, const C: usize>(
 
 impl<'a> Sweep<'a> {
     pub(super) fn new(scene: &'a Scene<'a>, omega: Omega<'a>, records: &'a [Record]) -> Self {
-        Self { scene, omega, records, rest: None }
+        Self { scene, omega, records, resting: Resting::NEVER, after: 0 }
     }
 
-    /// Of a form whose forces come from so many families, in so many sweeps.
-    pub(super) fn resting(self, look: Option<&'a Look<'a>>, rings: u8, sweeps: u8) -> Self {
-        Self { rest: look.map(|look| (look, [rings + sweeps - 1, rings])), ..self }
+    /// That leaves out what rests, with so many sweeps after that of the gradients.
+    pub(super) fn resting(self, resting: Resting<'a>, after: u8) -> Self {
+        Self { resting, after, ..self }
     }
 
     pub(super) fn family(&self) -> Family<'a> {
@@ -339,7 +340,7 @@ impl<'a> Sweep<'a> {
     ) -> Option<usize> {
         let bad = AtomicUsize::new(usize::MAX);
         self.scene.workers.sweep(self.scene.places.len(), PerPoint(force, D), |range, force| {
-            if self.rest.is_some_and(|(look, [_, rings])| look.block_rests(range.start, rings)) {
+            if self.resting.block(range.start, 0) {
                 return force.0.fill(0.0);
             }
             if let Some(point) = part(range, force.0) {

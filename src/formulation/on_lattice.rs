@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::bond_laws::{Limits, close_to};
-use super::calm::{Bonds, Look};
+use super::calm::{Bonds, Resting};
 use super::{Scene, in_lanes};
 use crate::damage::Breaking;
 use crate::error::Result;
@@ -57,8 +57,7 @@ pub(super) struct OnLattice<'a> {
     /// (l/L)^2 - 1 of bonds that come close to their limit.
     pub(super) threshold: f64,
     pub(super) limits: Limits<'a>,
-    /// Where nothing happens, and how many rings of rest it takes for a point to have no force.
-    pub(super) look: Option<(&'a Look<'a>, u8)>,
+    pub(super) resting: Resting<'a>,
 }
 
 /// What the sweeps over groups read and write; `N`: columns that one leaves for the next.
@@ -219,11 +218,12 @@ impl<'a> OnLattice<'a> {
         scene: &'a Scene<'a>,
         (lattice, state): (&'a Lattice, &'a LatticeState),
         breaking: Option<&Breaking<'a>>,
-        look: Option<(&'a Look<'a>, u8)>,
+        resting: Resting<'a>,
     ) -> Self {
         let rule = breaking.map(|breaking| breaking.rule);
         let critical = rule.and_then(|rule| rule.uniform()).unwrap_or(f64::INFINITY);
-        Self { lattice, state, threshold: close_to(critical), limits: Limits { scene, rule }, look }
+        let (threshold, limits) = (close_to(critical), Limits { scene, rule });
+        Self { lattice, state, threshold, limits, resting }
     }
 
     fn members(&self, group: usize) -> &[u32] {
@@ -232,7 +232,7 @@ impl<'a> OnLattice<'a> {
 
     /// Whether a sweep with so many sweeps after it has nothing to do for a group.
     pub(super) fn rests(&self, group: usize, sweeps: u8) -> bool {
-        self.look.is_some_and(|(look, rings)| look.group_rests(self.members(group), rings + sweeps))
+        self.resting.group(self.members(group), sweeps)
     }
 
     /// The last sweep: `pull` completes the forces of a run of groups by their masks, but for those that rest.
@@ -258,7 +258,7 @@ impl<'a> OnLattice<'a> {
 
     /// What can be said of the bonds of a group.
     pub(super) fn bonds(&self, group: usize) -> Option<Bonds> {
-        Some(self.look?.0.at_group(self.members(group), self.threshold))
+        self.resting.bonds_of(self.members(group), self.threshold)
     }
 
     /// Forces per volume on the points of the lattice: `first` breaks bonds, and may make what `second` needs, which
@@ -365,7 +365,7 @@ impl<'a> OnLattice<'a> {
         scene.workers.sweep(scene.places.len(), PerPoint(force, D), |range, force| {
             let (force, _) = force.0.as_chunks_mut::<D>();
             // A group with others that do not rest was swept by what sweeps before may have left out.
-            let rest = self.look.is_some_and(|(look, rings)| look.block_rests(range.start, rings));
+            let rest = self.resting.block(range.start, 0);
             for (force, point) in force.iter_mut().zip(range) {
                 let seats = &self.lattice.seat_of;
                 if let Some(&ahead) = seats.get(point + AHEAD) {

@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use super::extension_lanes::RINGS;
 use super::on_lattice::{Columns, LatticeState, OnLattice, Parts, by_state};
 use super::ordinary_state_based::Lps;
 use super::passes::ForceSweep;
@@ -21,14 +20,9 @@ impl Lps {
         (lattice, state): (&Lattice, &LatticeState),
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        let ForceSweep { scene, force, breaking, look: calm, .. } = sweep;
+        let ForceSweep { scene, force, breaking, resting, .. } = sweep;
         let omega = in_lanes::omega(scene, &self.weights)?;
-        let on = OnLattice::breaking(
-            scene,
-            (lattice, state),
-            breaking.as_ref(),
-            calm.map(|calm| (calm, RINGS)),
-        );
+        let on = OnLattice::breaking(scene, (lattice, state), breaking.as_ref(), resting);
         let [kappa, deviatoric] = *self.moduli.at(0);
         let moduli = Moduli { kappa, deviatoric };
         let influence = |length: f64| omega.at(length);

@@ -2,7 +2,7 @@
 
 use super::body::{Body, ByModel, Weights};
 use super::breaking::Near;
-use super::calm::Look;
+use super::calm::Resting;
 use super::laws::Laws;
 use super::surface::Surface;
 use super::{EnergyPart, Kinematics, Read, Scene};
@@ -25,8 +25,8 @@ pub(super) struct ForceSweep<'a, 'b> {
     pub(super) room: Room<'a>,
     pub(super) force: &'a mut [f64],
     pub(super) breaking: &'a mut Option<Breaking<'b>>,
-    /// Where nothing happens, if anything may be left out.
-    pub(super) look: Option<&'a Look<'a>>,
+    /// What may be left out.
+    pub(super) resting: Resting<'a>,
 }
 
 /// A sweep in lanes for a part of the energy per volume, near broken bonds only if `near` says so.

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::{Body, Weights};
 use super::breaking::Near;
-use super::calm::Calm;
+use super::calm::{Calm, Resting};
 use super::in_lanes::{self, of_size};
 use super::laws::Laws;
 use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes, Room};
@@ -123,7 +123,9 @@ impl<P: Passes> StateBased<P> {
             (&self.passes, scratch.split_at_mut(self.records_of(scene)));
         let room = Room { records, tables };
         let look = self.calm.as_ref().map(|calm| calm.look(scene));
-        let sweep = ForceSweep { scene, room, force, breaking, look: look.as_ref() };
+        let rings = passes.rings(scene.dimension).unwrap_or_default();
+        let resting = Resting::new(look.as_ref(), rings);
+        let sweep = ForceSweep { scene, room, force, breaking, resting };
         of_size!(scene.dimension, passes.forces_in_lanes(sweep))
     }
 
