@@ -2,8 +2,9 @@
 //!
 //! Points of one volume that stand on the crossings of a grid, and whose neighbours all do, need no list of their own:
 //! all have the same few vectors to their neighbours, the stencil. They are numbered by cells, row after row, with empty
-//! rows between planes, as many as a stencil reaches, and computed in groups of eight cells. Steps from the ends of a row
-//! may lead into the next one: such are no bonds.
+//! rows between planes, as many as a stencil reaches, and computed in groups of eight cells. Between rows there are empty
+//! cells where groups of neighbouring rows are to stand side by side; else steps from the ends of a row may lead into the
+//! next one, and are no bonds.
 
 #[cfg(test)]
 mod tests;
@@ -71,8 +72,8 @@ pub(crate) struct Lattice {
     /// Cells from a row to the next.
     pub(crate) next_row: usize,
     /// Crossings that a stencil goes beyond the ends of a row, into others.
-    beyond: usize,
-    /// Steps that two points of neighbouring rows take to the same cells.
+    overhang: usize,
+    /// Steps that two points of neighbouring rows take to the same cells; none without pairs.
     pub(crate) shared: Vec<SharedStep>,
 }
 
@@ -92,7 +93,7 @@ struct Numbering {
     /// Cells from one row, and from one plane, to the next.
     strides: [usize; 3],
     /// Crossings that a stencil goes beyond the ends of a row, into others.
-    beyond: usize,
+    overhang: usize,
     /// Cells before the first.
     front: usize,
     cells: usize,
@@ -115,7 +116,7 @@ impl Numbering {
         }
         let (count, along) = (counts[axes[0]], reach[axes[0]]);
         // Without gaps, no two steps are to lead to the same cell; those into another row are longer than all others then.
-        let (row, beyond) = if !pairs && count > 2 * along {
+        let (row, overhang) = if !pairs && count > 2 * along {
             (count, along)
         } else {
             ((count + along).next_multiple_of(LANES), 0)
@@ -128,7 +129,7 @@ impl Numbering {
         let front = farthest.next_multiple_of(LANES);
         let body = counts[axes[2]].saturating_mul(plane);
         let cells = body.saturating_add(2 * front + LANES);
-        Self { axes, first, strides, beyond, front, cells }
+        Self { axes, first, strides, overhang, front, cells }
     }
 
     fn cell(&self, numbers: &[i32; 3]) -> usize {
@@ -205,8 +206,8 @@ impl Lattice {
             count: members,
             front: numbering.front,
             next_row: numbering.strides[1],
-            beyond: numbering.beyond,
-            shared: shared(&steps, numbering.strides[1] as isize)?,
+            overhang: numbering.overhang,
+            shared: if pairs { shared(&steps, numbering.strides[1] as isize)? } else { Vec::new() },
         };
         lattice.seat(|point| whole[point])?;
         Ok(Some(lattice))
@@ -283,7 +284,7 @@ impl Lattice {
             }
         }
         let column = (cell - self.front) % self.next_row;
-        let is_inside = column >= self.beyond && column + self.beyond < self.next_row;
+        let is_inside = column >= self.overhang && column + self.overhang < self.next_row;
         for step in (0..self.stencil.len()).filter(|&step| self.doubtful[step] || !is_inside) {
             if self.neighbor(places, cell, step).is_none() {
                 masks[step / LANES] &= !(1 << (step % LANES));

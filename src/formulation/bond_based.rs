@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use super::body::{Body, ByModel, Link, Weights};
-use super::bond_forces::{self, BondForces, energies, fields};
+use super::bond_forces::{BondForces, book, energies, fields};
 use super::bond_laws::{Alike, Common, Limits, Various, close_to};
 use super::calm::{Calm, Look, Resting};
 use super::constants;
@@ -14,8 +14,8 @@ use super::on_lattice::{LatticeState, OnLattice};
 use super::ordinary_state_based::extension;
 use super::surface::{Correction, Surface};
 use super::{
-    EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Read, Scene, surface,
-    surface_stiffness,
+    EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Read, Scene, in_lanes,
+    surface, surface_stiffness,
 };
 use crate::damage::{BreakRule, Breaking};
 use crate::error::{Error, Result};
@@ -236,7 +236,7 @@ impl BondBased {
 
 impl Formulation for BondBased {
     fn scratch(&self, points: usize, _: usize, _: usize, _: bool) -> usize {
-        points * size_of::<Record>() / size_of::<f64>() + bond_forces::SLACK
+        points * size_of::<Record>() / size_of::<f64>() + in_lanes::SLACK
     }
 
     fn use_of_a_lattice(&self) -> LatticeUse {
@@ -301,7 +301,7 @@ impl Formulation for BondBased {
         if let Some(breaking) = breaking
             && breaking.has_broken()
         {
-            bond_forces::book(scene, various, breaking);
+            book(scene, various, breaking);
         }
         bad
     }

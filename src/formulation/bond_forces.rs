@@ -3,10 +3,10 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::Scene;
 use super::bond_laws::Various;
 use super::calm::{Bonds, Look};
 use super::on_lattice::{OnLattice, Parts, by_state};
+use super::{Scene, in_lanes};
 use crate::damage::Breaking;
 use crate::families::LANES;
 use crate::families::lattice::NOBODY;
@@ -185,18 +185,13 @@ fn rest<const D: usize>(range: Range<usize>, seats: Option<&[u32]>, force: &mut 
     }
 }
 
-/// Numbers beyond those of the records that let the first of them begin a line of the cache.
-pub(super) const SLACK: usize = 7;
-
 /// A record of each point, in the scratch.
 fn records_of<'a, const LEAN: bool, const D: usize>(
     scene: &Scene<'_>,
     scratch: &'a mut [f64],
 ) -> &'a [Record] {
     let count = scene.places.len();
-    let ahead = scratch.as_ptr().align_offset(64).min(SLACK);
-    let (records, _) = scratch[ahead..].as_chunks_mut();
-    let records = &mut records[..count];
+    let (records, _) = in_lanes::table(scratch, count);
     let (shifts, _) = scene.displacement.as_chunks::<D>();
     scene.workers.sweep(count, PerPoint(&mut *records, 1), |range, records| {
         for (record, point) in records.0.iter_mut().zip(range) {

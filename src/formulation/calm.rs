@@ -272,7 +272,7 @@ impl<'a> Resting<'a> {
     }
 }
 
-/// The blocks of a group's members, which stand in a row: most are of the same block as the one before.
+/// The blocks of a group's members: most are of the same block as the one before.
 fn blocks_of(members: &[u32]) -> impl Iterator<Item = usize> {
     let mut last = usize::MAX;
     let blocks = members.iter().filter(|&&member| member != NOBODY);

@@ -46,13 +46,18 @@ pub(super) fn omega<'a>(scene: &Scene<'_>, weights: &'a Weights) -> Option<Omega
     Some(Omega { influence, dimension, horizon, each })
 }
 
+/// The numbers from the first that begins a line of the cache.
+pub(super) fn from_a_line(numbers: &mut [f64]) -> &mut [f64] {
+    let ahead = numbers.as_ptr().align_offset(64).min(SLACK);
+    &mut numbers[ahead..]
+}
+
 /// A table of so many rows from the front of the scratch, and the rest of it.
 pub(super) fn table<const C: usize>(
     scratch: &mut [f64],
     rows: usize,
 ) -> (&mut [[f64; C]], &mut [f64]) {
-    let ahead = scratch.as_ptr().align_offset(64).min(SLACK);
-    let (table, rest) = scratch[ahead..].split_at_mut(rows * C);
+    let (table, rest) = from_a_line(scratch).split_at_mut(rows * C);
     (table.as_chunks_mut().0, rest)
 }
 

@@ -17,7 +17,7 @@ use crate::families::lattice::{Lattice, NOBODY};
 use crate::kernel::lattice::{Groups, Leg, Prepare};
 use crate::kernel::simd::prefetch;
 use crate::memory;
-use crate::workers::{Outputs, PerPoint, Ragged, Workers};
+use crate::workers::{Outputs, PerPoint, Workers};
 
 const PURPOSE: &str = "lattices";
 
@@ -29,9 +29,6 @@ const AHEAD: usize = 12;
 
 /// Groups whose masks a thread makes in one go.
 const GROUPS_A_SHARE: usize = 256;
-
-/// Numbers that let the first cell begin a line of the cache.
-const SLACK: usize = 7;
 
 /// What a sweep writes aside; one sweep at a time.
 pub(super) struct LatticeState(Mutex<Held>);
@@ -116,7 +113,7 @@ impl LatticeState {
     /// With room for so many columns that sweeps leave.
     pub(super) fn new(scene: &Scene<'_>, lattice: &Lattice, left: usize) -> Result<Self> {
         let (seats, workers) = (lattice.members.len(), scene.workers);
-        let numbers = (scene.dimension + left) * stride(lattice) + SLACK;
+        let numbers = (scene.dimension + left) * stride(lattice) + in_lanes::SLACK;
         let mut held = Held {
             masks: workers.filled(0, lattice.groups.len() * lattice.row(), PURPOSE)?,
             edition: None,
@@ -285,8 +282,8 @@ impl<'a> OnLattice<'a> {
         let (stencil, legs) = (&lattice.stencil[..], &mut held.legs[..]);
         scene.simd.run(Prepare { stencil, unit, threshold, influence, legs });
         let (cells, stride) = (lattice.point_of.len(), stride(lattice));
-        let ahead = held.columns.as_ptr().align_offset(64).min(SLACK);
-        let (shifts, left) = held.columns[ahead..].split_at_mut(D * stride);
+        let columns = in_lanes::from_a_line(&mut held.columns);
+        let (shifts, left) = columns.split_at_mut(D * stride);
         let mut axes = shifts.chunks_mut(stride).map(|column| &mut column[..cells]);
         let axes = [axes.next(), axes.next(), axes.next()];
         place::<D>(workers, lattice, scene.displacement, unit, axes);
@@ -328,28 +325,22 @@ impl<'a> OnLattice<'a> {
         breaking: &mut Breaking<'_>,
     ) {
         breaking.broke.store(true, Ordering::Relaxed);
-        let (lattice, row) = (self.lattice, self.lattice.row());
-        let (families, offsets) = (scene.families, &scene.families.offsets);
-        let remaining = Ragged { values: &mut *breaking.intact, offsets, width: 1 };
-        scene.workers.sweep(scene.places.len(), remaining, |range, remaining| {
-            let first = offsets[range.start] as usize;
-            for point in range {
-                let seat = lattice.seat_of[point] as usize;
-                // Points without a seat are no concern of the groups.
-                if seat == NOBODY as usize || !broke[seat / LANES * LANES] {
+        let row = self.lattice.row();
+        // Few groups break at once.
+        let groups = broke.iter().step_by(LANES).zip(masks.chunks_exact(row)).enumerate();
+        for (group, (_, masks)) in groups.filter(|(_, (broke, _))| **broke) {
+            for (lane, &point) in self.members(group).iter().enumerate() {
+                if point == NOBODY {
                     continue;
                 }
-                let blocks = families.blocks(point);
-                let remaining = &mut remaining.values[blocks.start - first..blocks.end - first];
-                let (group, lane) = (seat / LANES, seat % LANES);
-                let of_group = &masks[group * row..(group + 1) * row];
-                for (mask, steps) in remaining.iter_mut().zip(of_group.chunks(LANES)) {
+                let remaining = &mut breaking.intact[scene.families.blocks(point as usize)];
+                for (mask, steps) in remaining.iter_mut().zip(masks.chunks(LANES)) {
                     for (bit, of_step) in steps.iter().enumerate() {
                         *mask &= !((!of_step >> lane & 1) << bit);
                     }
                 }
             }
-        });
+        }
     }
 
     /// Has points take the forces of their seats.

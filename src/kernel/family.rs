@@ -227,11 +227,8 @@ impl<'a> Family<'a> {
         reference: &[S::Lanes; D],
         factor: S::Lanes,
     ) -> S::Lanes {
-        match (self.omega.each, self.omega.influence) {
-            (Some(each), _) => factor * from_slot(simd, each.own, slot),
-            (None, Influence::Constant) => factor,
-            _ => factor * self.weights(simd, slot, reference),
-        }
+        let each = self.omega.each.map(|each| each.own);
+        self.times(simd, slot, reference, factor, each)
     }
 
     /// What they count in the families of the other ends times another factor.
@@ -243,8 +240,22 @@ impl<'a> Family<'a> {
         reference: &[S::Lanes; D],
         factor: S::Lanes,
     ) -> S::Lanes {
-        match (self.omega.each, self.omega.influence) {
-            (Some(each), _) => factor * from_slot(simd, each.back, slot),
+        let each = self.omega.each.map(|each| each.back);
+        self.times(simd, slot, reference, factor, each)
+    }
+
+    /// What bonds count, of `each` or by their length, times another factor.
+    #[inline(always)]
+    fn times<S: Simd, const D: usize>(
+        &self,
+        simd: S,
+        slot: usize,
+        reference: &[S::Lanes; D],
+        factor: S::Lanes,
+        each: Option<&[f64]>,
+    ) -> S::Lanes {
+        match (each, self.omega.influence) {
+            (Some(each), _) => factor * from_slot(simd, each, slot),
             (None, Influence::Constant) => factor,
             _ => factor * self.weights(simd, slot, reference),
         }
@@ -273,7 +284,7 @@ impl<'a> Family<'a> {
         self.omega.each.is_some() || self.omega.influence != Influence::Constant
     }
 
-    /// 1/L of the bonds from a slot on with their xi; not a number in lanes without a bond.
+    /// 1/L of the bonds from a slot on with their xi; lanes without a bond may have no number.
     #[inline(always)]
     pub(super) fn inverse_lengths<S: Simd, const D: usize>(
         &self,
@@ -369,7 +380,7 @@ impl<F: Lanes, const D: usize> Bonds<F, D> {
 }
 
 impl<F: Lanes> Lengths<F> {
-    /// Of the bonds from a slot on; lanes without a bond may have no number. Right to 2e-19 of a length; where bonds count one
+    /// Of the bonds from a slot on; lanes without a bond may have no number. Right to some 3e-16 of the stretch; where bonds count one
     /// by one to the last bits of the stretch, as loops over single bonds are.
     #[inline(always)]
     pub(super) fn stretches<S: Simd<Lanes = F>>(

@@ -229,12 +229,12 @@ impl Simulation {
         if let Some(place) = failed {
             return Ok(Standing::Failed(Reason::NotFinite(place)));
         }
-        let before_breaking = bonds.count();
-        if plan.rule.is_none() || !aside.accept(bonds, dissipated) {
+        let ends = plan.rule.as_ref().map(|_| bonds.count());
+        let Some(ends) = ends.filter(|_| aside.accept(bonds, dissipated)) else {
             bonds.keep_records(scratch);
             return Ok(Standing::Reached);
-        }
-        search.broken += (before_breaking - bonds.count()) / 2;
+        };
+        search.broken += (ends - bonds.count()) / 2;
         before.copy_from_slice(displacement);
         if search.breaks == 0 {
             return Ok(Standing::Failed(Reason::Breaking));

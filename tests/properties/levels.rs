@@ -241,6 +241,29 @@ fn what_the_host_breaks_is_lost_to_a_lattice_that_cannot_break() {
     }
 }
 
+/// A point that leaves the range of numbers is named, or one that it pulls on, and no other that stands beside it in memory.
+#[test]
+fn the_point_that_is_named_does_not_depend_on_lattices() {
+    let points = Points::block(3, &[0.0; 3], &[31e-3, 9e-3, 9e-3], 1e-3).unwrap();
+    for (formulation, level) in
+        ON_LATTICES.into_iter().flat_map(|f| levels().into_iter().map(move |l| (f, l)))
+    {
+        for odd in [30, 31 * 9 * 4 + 31 * 4 + 30, 31 * 9 * 4] {
+            let named = [false, true].map(|lattices| {
+                let mut simulation =
+                    Simulation::new(&points, &model(formulation, 3.015e-3)).unwrap();
+                simulation.set_lattices(lattices).unwrap();
+                simulation.set_simd(level).unwrap();
+                let mut displacement = vec![0.0; 3 * points.count()];
+                displacement[3 * odd] = 1e306;
+                simulation.set(Field::Displacement, &displacement).unwrap();
+                simulation.evaluate().unwrap_err().to_string()
+            });
+            assert_eq!(named[0], named[1], "{formulation}, {}", level.name());
+        }
+    }
+}
+
 #[test]
 fn what_a_failed_step_has_broken_is_whole_again() {
     let points = Points::block(3, &[0.0; 3], &[14.0, 11.0, 9.0], 1.0).unwrap();

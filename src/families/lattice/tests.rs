@@ -170,6 +170,20 @@ fn points_near_those_off_the_grid_are_not_members() {
 }
 
 #[test]
+fn holes_and_points_off_the_grid_at_the_ends_of_rows_are_seen() {
+    let (counts, ends) = ([16, 12, 12], [0, 15, 16, 700 - 700 % 16, 16 * 12 * 5 + 15]);
+    let mut places = block(counts, [0.1; 3]);
+    places[ends[3]][2] += 1e-6;
+    for hole in [ends[4], ends[2], ends[1], ends[0]] {
+        places.remove(hole);
+    }
+    let (listed, families) = lattice(&places, 0.301);
+    let families = families.unwrap();
+    assert!(families.lattice.as_ref().is_some_and(|lattice| lattice.count < places.len()));
+    check(&places, &listed, &families);
+}
+
+#[test]
 fn what_is_mostly_empty_or_jittered_is_none() {
     let row: Vec<Place> = (0..200).map(|k| [0.1 * k as f64, 0.1 * k as f64, 0.0, 1.0]).collect();
     assert!(lattice(&row, 0.301).1.is_none());

@@ -1,4 +1,4 @@
-//! Sweeps over groups of a lattice: eight points of a row are computed along the stencil.
+//! Sweeps over groups of a lattice: the points of eight cells are computed along the stencil.
 //!
 //! All points have one volume. Lengths are in a unit near those of the stencil, and 1/L is computed as 1/l is, from the
 //! same bits where the ends of a bond move alike: 1/L - 1/l is exactly 0 there.
@@ -276,15 +276,20 @@ fn pull<const WHOLE: bool, const LOOK: bool, const CAREFUL: bool, S: Simd, const
     room: &mut S::Lanes,
     term: &mut impl Term<S, D>,
 ) {
+    let mask = simd.mask(bits);
     if LOOK {
         let own = simd.splat(leg.limit) - pulled.square;
-        *room = room.joined(if WHOLE { own } else { own.only(simd.mask(bits)) });
+        *room = room.joined(if WHOLE { own } else { own.only(mask) });
     }
     if CAREFUL {
         pulled.square = pulled.square.max(simd.splat(LEAST));
+        // Where a step is no bond, what it leads to may be no number.
+        for bond in &mut pulled.bond {
+            *bond = bond.only(mask);
+        }
     }
     let root = pulled.square.reciprocal_root();
-    term.add::<WHOLE>(simd, leg, &pulled, root, simd.mask(bits));
+    term.add::<WHOLE>(simd, leg, &pulled, root, mask);
 }
 
 /// Whether all lanes of some numbers are finite.

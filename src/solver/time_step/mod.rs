@@ -104,19 +104,19 @@ impl StableStep {
             unstable: (!is_guaranteed && turns).then_some([top.real, top.imaginary]),
             is_stale: false,
             found_at: steps,
-            intact: intact(bonds),
+            intact: bonds.count(),
             mode: top.mode,
         })
     }
 
     /// Whether bonds have broken since.
     pub(crate) fn is_of_more_bonds(&self, bonds: &BondState) -> bool {
-        intact(bonds) < self.intact
+        bonds.count() < self.intact
     }
 
     /// Whether bonds have broken since, but not many.
     pub(crate) fn is_near(&self, bonds: &BondState) -> bool {
-        let intact = intact(bonds);
+        let intact = bonds.count();
         intact < self.intact && (self.intact - intact) as f64 <= FEW * self.intact as f64
     }
 
@@ -147,8 +147,4 @@ pub(crate) fn largest_eigenvalue(
     let mut operator = Linearised::new(plan, workers, bonds, displacement, scratch, density)?;
     let top = search(&mut operator, None, products)?;
     Ok(top.size() + top.residual)
-}
-
-fn intact(bonds: &BondState) -> u64 {
-    bonds.intact.iter().map(|mask| u64::from(mask.count_ones())).sum()
 }
