@@ -33,8 +33,8 @@ pub enum Preconditioning {
 /// A preconditioner made ready for a body.
 pub(crate) struct Preconditioner {
     of: Of,
-    /// What it was made from.
-    intact: Vec<u8>,
+    /// What it was made from; bonds by the name of their masks.
+    edition: u64,
     displacement: Vec<f64>,
     held: Vec<bool>,
 }
@@ -78,7 +78,7 @@ impl Preconditioner {
         };
         Ok(Self {
             of,
-            intact: memory::copied(&bonds.intact, PURPOSE)?,
+            edition: bonds.view().edition,
             displacement: memory::copied(displacement, PURPOSE)?,
             held: memory::copied(held, PURPOSE)?,
         })
@@ -94,7 +94,8 @@ impl Preconditioner {
     ) -> bool {
         let most = NEAR * plan.families.shortest_bond();
         let moved = self.displacement.iter().zip(displacement).map(|(was, is)| (was - is).abs());
-        self.intact == bonds.intact && self.held == held && moved.fold(0.0, f64::max) <= most
+        let edition = bonds.view().edition;
+        self.edition == edition && self.held == held && moved.fold(0.0, f64::max) <= most
     }
 
     /// z = M^-1 r
