@@ -287,6 +287,11 @@ fn what_a_failed_step_has_broken_is_whole_again() {
                     assert!(simulation.step(0.1, 1).is_err());
                     assert_eq!(before, bonds(&simulation));
                 }
+                if step == 2 {
+                    // A bond that is broken by hand between, and one that there is not.
+                    simulation.break_bonds(&[[0, 1]]).unwrap();
+                    simulation.set_bond_integrity(&[[0, points.count() - 1]], &[0.0]).unwrap();
+                }
                 simulation.set(Field::Velocity, &torn(0.07 * f64::from(step))).unwrap();
                 simulation.step(0.1, 1).unwrap();
             }
