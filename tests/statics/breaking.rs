@@ -80,3 +80,27 @@ fn a_part_that_a_load_tears_off_is_told_and_the_last_load_step_is_kept() {
     let force = strip.sum(Field::BodyForce, None).unwrap()[1] / (48.0 * 0.02);
     assert!((force - report.share).abs() < 1e-12, "{force} borne, {} gone", report.share);
 }
+
+#[test]
+fn a_search_that_fails_leaves_no_trace_in_what_breaks_next() {
+    for formulation in ["bond_based", "ordinary_state_based"] {
+        let [tried, straight] = [true, false].map(|tries| {
+            let mut strip = notched(formulation, 0.08);
+            if tries {
+                let options =
+                    SolveOptions { breaks: 1, smallest_load_step: 1.0, ..SolveOptions::default() };
+                let error = strip.solve(&options).unwrap_err();
+                assert!(error.to_string().contains("breaking"), "{error}");
+                assert_eq!(strip.step_count(), 0);
+            }
+            strip.solve(&SolveOptions { load_steps: 5, ..SolveOptions::default() }).unwrap();
+            strip.step(0.1, 20).unwrap();
+            strip
+        });
+        assert!(straight.energy().unwrap().dissipated > 0.0);
+        for field in [Field::Displacement, Field::Damage, Field::DissipatedEnergyDensity] {
+            let [a, b] = [&tried, &straight].map(|strip| strip.get(field).unwrap());
+            assert!(a.iter().zip(&b).all(|(a, b)| a.to_bits() == b.to_bits()), "{formulation}");
+        }
+    }
+}
