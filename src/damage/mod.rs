@@ -198,6 +198,14 @@ impl Breaking<'_> {
         self.broke.load(Ordering::Relaxed)
     }
 
+    /// The masks, to be shared out, and what is told when any bond breaks.
+    pub(crate) fn shared<'a>(
+        &'a mut self,
+        families: &'a Families,
+    ) -> (Ragged<'a, u8>, &'a AtomicBool) {
+        (Ragged { values: self.intact, offsets: &families.offsets, width: 1 }, self.broke)
+    }
+
     /// The bonds that are left of those before the sweep.
     pub(crate) fn left_of<'a>(&'a self, bonds: BondsView<'a>) -> BondsView<'a> {
         let edition = if self.has_broken() { self.edition } else { bonds.edition };

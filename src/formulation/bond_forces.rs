@@ -99,16 +99,11 @@ impl<L: BondLaw> BondForces<'_, L> {
         let (law, count) = (self.law, scene.places.len());
         let seats = self.lattice.as_ref().map(|on| &on.lattice.seat_of[..]);
         let records = records_of::<LEAN, D>(scene, scratch);
-        let (intact, offsets) = (scene.bonds.intact, &scene.families.offsets);
-        let cloud = Cloud::new(scene.families, records, intact);
+        let cloud = Cloud::new(scene.families, records, scene.bonds.intact);
         let bad = AtomicUsize::new(usize::MAX);
         let threshold = law.least_threshold();
-        let (masks, broke) = breaking
-            .as_mut()
-            .map(|Breaking { intact, broke, .. }| {
-                (Ragged { values: intact, offsets, width: 1 }, *broke)
-            })
-            .unzip();
+        let masks = breaking.as_mut().map(|breaking| breaking.shared(scene.families));
+        let (masks, broke) = masks.unzip();
         scene.workers.sweep(count, (PerPoint(force, D), masks), |range, (force, masks)| {
             let mut remaining =
                 masks.zip(broke).map(|(masks, broke)| Remaining { masks: masks.values, broke });

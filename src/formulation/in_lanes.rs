@@ -94,9 +94,10 @@ pub(super) struct HowTheyBreak<'a> {
 impl<'a> HowTheyBreak<'a> {
     /// And the masks that they break in, to be shared out.
     pub(super) fn of(scene: &Scene<'a>, breaking: &'a mut Breaking<'_>) -> (Ragged<'a, u8>, Self) {
-        let (offsets, Breaking { rule, intact, broke, .. }) = (&scene.families.offsets, breaking);
-        let how = Self { limits: Limits::new(rule), broke, offsets };
-        (Ragged { values: intact, offsets, width: 1 }, how)
+        let limits = Limits::new(breaking.rule);
+        let (masks, broke) = breaking.shared(scene.families);
+        let how = Self { limits, broke, offsets: masks.offsets };
+        (masks, how)
     }
 
     /// The same where there may be no rule.

@@ -220,9 +220,6 @@ fn judged(families: &Families, law: impl BondLaw, point: usize, masks: &mut [u8]
     broke
 }
 
-/// Lanes whose other ends are asked for ahead of their turn.
-const ROWS_AHEAD: usize = 4 * LANES;
-
 /// Blocks that are asked for ahead of their turn.
 const AHEAD: usize = 16;
 
@@ -453,7 +450,7 @@ impl<'a, S: Simd, L: BondLaw, const LEAN: bool, const STEPS: bool> Pulls<'a, S, 
         let slot = part.slot;
         prefetch(&cloud.families.neighbors, slot + AHEAD * LANES);
         if !STEPS {
-            prefetch_rows(cloud.records, &cloud.families.neighbors, slot + ROWS_AHEAD, S::WIDTH);
+            prefetch_rows(cloud.records, &cloud.families.neighbors, slot, S::WIDTH);
         }
         let mut inverse = self.inverse(slot);
         // SAFETY: the search makes neighbours of points of the body alone, and each has a record.

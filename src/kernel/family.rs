@@ -82,9 +82,6 @@ pub(crate) struct Stretches<F> {
     pub(super) stretch: F,
 }
 
-/// Lanes whose other ends are asked for ahead of their turn.
-const ROWS_AHEAD: usize = 4 * LANES;
-
 /// Blocks that are asked for ahead of their turn.
 const AHEAD: usize = 24;
 
@@ -176,7 +173,7 @@ impl<'a> Family<'a> {
     ) -> Bonds<S::Lanes, D> {
         let names = &self.families.neighbors;
         prefetch(names, slot + AHEAD * LANES);
-        prefetch_rows(self.records, names, slot + ROWS_AHEAD, S::WIDTH);
+        prefetch_rows(self.records, names, slot, S::WIDTH);
         let (reference, volume) = self.references(simd, own, slot);
         // SAFETY: as in `references`.
         let shifts = unsafe { simd.columns(self.records, 4, self.names::<S>(slot)) };
@@ -421,7 +418,7 @@ impl<'a, const C: usize> Table<'a, C> {
     /// Asks for the rows of other ends that will be read after those from a slot on.
     #[inline(always)]
     pub(super) fn ask_ahead(&self, family: &Family<'_>, slot: usize, count: usize) {
-        prefetch_rows(self.0, &family.families.neighbors, slot + ROWS_AHEAD, count);
+        prefetch_rows(self.0, &family.families.neighbors, slot, count);
     }
 
     /// # Safety

@@ -212,7 +212,10 @@ pub(crate) fn prefetch<T>(values: &[T], index: usize) {
     let _ = (values, index);
 }
 
-/// Asks for the rows of a table that names name, so many from the first, if there are as many.
+/// Names whose rows are asked for ahead of their turn: a few blocks of bonds.
+const ROWS_AHEAD: usize = 32;
+
+/// Asks for the rows of a table that will be read after so many that names name from the first on, if there are as many.
 #[inline(always)]
 pub(crate) fn prefetch_rows<const C: usize>(
     table: &[[f64; C]],
@@ -221,6 +224,7 @@ pub(crate) fn prefetch_rows<const C: usize>(
     count: usize,
 ) {
     let numbers = table.as_flattened();
+    let first = first + ROWS_AHEAD;
     if let Some(names) = names.get(first..first + count) {
         for &name in names {
             // A number of each line of the cache.
