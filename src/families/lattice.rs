@@ -11,7 +11,7 @@ mod tests;
 
 use super::grid::{Crossings, Grid};
 use super::search::largest_square;
-use super::{LANES, Place, inverse_length, squared_length};
+use super::{LANES, Place, squared_length};
 use crate::error::Result;
 use crate::memory;
 
@@ -22,6 +22,9 @@ pub(crate) const NOBODY: u32 = u32::MAX;
 
 /// Cells a point that a lattice may have; more waste memory on emptiness.
 const CELLS_PER_POINT: usize = 4;
+
+/// Lanes that a point may have where sweeps name those of a few points at a time.
+pub(crate) const MOST_LANES: usize = 8192;
 
 /// A vector from a point of the lattice to a neighbour.
 #[derive(Debug, Clone, Copy)]
@@ -36,7 +39,7 @@ pub(crate) struct Step {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LatticeUse {
     None,
-    /// They run on it where all of the body is one. Bonds are listed all the same, for sweeps that do not.
+    /// They run on it where all of the body is one. Others name the lanes of a few points at a time.
     Whole,
     /// The same, and groups that stand side by side in neighbouring rows are computed together.
     Pairs,
@@ -268,10 +271,17 @@ impl Lattice {
         (squared <= self.most).then_some((neighbor, squared))
     }
 
-    /// The neighbour of a member along a step of the stencil, and 1/L.
-    pub(super) fn bond(&self, places: &[Place], point: usize, step: usize) -> Option<(usize, f64)> {
-        let (neighbor, squared) = self.neighbor(places, self.member(point)?, step)?;
-        Some((neighbor, inverse_length(squared)))
+    /// The points that the lanes of the member in a cell lead to from a step on, and the member itself where there is none; a
+    /// mask tells of those that are no bonds.
+    pub(super) fn name(&self, cell: usize, first: usize, names: &mut [u32]) {
+        let own = self.point_of[cell];
+        let steps = self.stencil.get(first..).unwrap_or_default();
+        let (near, rest) = names.split_at_mut(names.len().min(steps.len()));
+        for (name, step) in near.iter_mut().zip(steps) {
+            let there = self.point_of[cell.wrapping_add_signed(step.cells)];
+            *name = if there == NOBODY { own } else { there };
+        }
+        rest.fill(own);
     }
 
     /// Writes the masks of the member in a cell, one for eight steps.

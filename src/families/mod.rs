@@ -275,13 +275,20 @@ impl Families {
         if self.list_offsets.is_empty() { &self.offsets } else { &self.list_offsets }
     }
 
-    /// The other ends of the bonds in a point's lanes from a slot on; of lanes without a bond the point itself.
+    /// The other ends of the bonds in a point's lanes from a slot on; of lanes without a bond any point.
     pub(crate) fn name(&self, point: usize, slot: usize, names: &mut [u32]) {
-        let lanes = self.lanes(point);
-        for (lane, name) in names.iter_mut().enumerate() {
-            let bond = self.bond(point, &lanes, slot + lane);
-            *name = bond.map_or(point, |bond| bond.neighbor) as u32;
+        match self.lanes(point) {
+            Lanes::Steps { lattice, first, cell } => lattice.name(cell, slot - first, names),
+            Lanes::List { ahead } => {
+                let first = slot.wrapping_add(ahead);
+                names.copy_from_slice(&self.neighbors[first..first + names.len()]);
+            }
         }
+    }
+
+    /// Whether all points have lists of their bonds.
+    pub(crate) fn are_listed(&self) -> bool {
+        self.lattice.is_none()
     }
 
     /// The bond from `point` to `neighbor`, if there is one.

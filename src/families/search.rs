@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use super::cells::{Bounds, Candidates, Cells, Hits};
 use super::grid::Crossings;
-use super::lattice::{Lattice, LatticeUse, NOBODY};
+use super::lattice::{Lattice, LatticeUse, MOST_LANES, NOBODY};
 use super::{
     Families, LANES, Place, Property, Reach, Rim, Storage, Unit, inverse_length, squared_length,
 };
@@ -59,7 +59,9 @@ pub(crate) fn find(wanted: Wanted<'_>) -> Result<Families> {
             search.left_out = memory::copied(&whole, PURPOSE)?;
             search.clear_neighbors(workers, &mut whole)?;
         }
-        lattice = Lattice::of(&crossings, &whole, *radius, lattice_use == LatticeUse::Pairs)?;
+        let pairs = lattice_use == LatticeUse::Pairs;
+        lattice = Lattice::of(&crossings, &whole, *radius, pairs)?
+            .filter(|lattice| !whole_only || lattice.row() <= MOST_LANES);
         if let (Some(search), Some(_)) = (&mut search, &lattice) {
             search.left_out = whole;
         }
@@ -79,8 +81,8 @@ pub(crate) fn find(wanted: Wanted<'_>) -> Result<Families> {
     let listed = |point: usize| u64::from(sizes[point].div_ceil(LANES as u32));
     let steps = |lattice: &Lattice| (lattice.row() / LANES) as u64;
     let list_offsets = match lattice {
-        Some(_) if !whole_only => offsets_of(count, listed)?,
-        _ => Vec::new(),
+        Some(_) => offsets_of(count, listed)?,
+        None => Vec::new(),
     };
     let offsets = offsets_of(count, |point| match &lattice {
         Some(lattice) if lattice.seat_of[point] != NOBODY => steps(lattice),
@@ -108,22 +110,6 @@ pub(crate) fn find(wanted: Wanted<'_>) -> Result<Families> {
                 touching.fetch_min(start, Ordering::Relaxed);
             }
             least.fetch_min(nearest.to_bits(), Ordering::Relaxed);
-        });
-    }
-    if let (Some(lattice), true) = (&lattice, whole_only) {
-        let inverses = inverse_lengths.as_mut().map(|values| lists_of(&mut values[..], &offsets));
-        let outputs = (lists_of(&mut neighbors[..], &offsets), inverses);
-        workers.sweep(count, outputs, |range, (neighbors, inverses)| {
-            let mut inverses = inverses.map(|inverses| inverses.values);
-            for (lane, name) in neighbors.values.iter_mut().enumerate() {
-                let (point, step) = (range.start + lane / lattice.row(), lane % lattice.row());
-                let bond = lattice.bond(&places, point, step);
-                let (neighbor, inverse) = bond.unwrap_or((point, 1.0));
-                *name = neighbor as u32;
-                if let Some(inverses) = &mut inverses {
-                    inverses[lane] = inverse;
-                }
-            }
         });
     }
     if count > 1 && offsets[count] == 0 {

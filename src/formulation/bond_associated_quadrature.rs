@@ -25,7 +25,6 @@ use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::error::Result;
 use crate::families::lattice::LatticeUse;
-use crate::kernel::family::Record;
 use crate::kernel::quadrature::Stress;
 use crate::material::{Across, Answer, Deformation};
 use crate::memory;
@@ -343,8 +342,11 @@ impl Passes for Baqp {
 
     fn room_of_lanes(&self, points: usize, _: usize, dimension: usize) -> usize {
         let row = 4 * (1 + width(self.order, dimension));
-        let tables = size_of::<Record>() / size_of::<f64>() + GRADIENT + row;
-        points * tables + 3 * in_lanes::SLACK
+        self.room_of_energies(points, dimension) + points * row + in_lanes::SLACK
+    }
+
+    fn room_of_energies(&self, points: usize, _: usize) -> usize {
+        in_lanes::room_of_records(points) + points * GRADIENT + in_lanes::SLACK
     }
 
     fn gradient_order(&self) -> usize {

@@ -5,6 +5,7 @@
 //! not span the body are computed by single bonds.
 
 use std::cell::RefCell;
+use std::ops::Range;
 
 use super::body::Body;
 use super::bond_associated_quadrature::{Baqp, MOST_LEFT, before_rows};
@@ -22,7 +23,7 @@ use crate::kernel::quadrature::{
 };
 use crate::material::{Across, Answer, Deformation};
 use crate::tensor::{self, Tensor, Vector, identity, zero};
-use crate::workers::{PerPoint, Ragged};
+use crate::workers::{Outputs, PerPoint, Ragged};
 
 /// Numbers of a row of the table of gradients.
 pub(super) const GRADIENT: usize = 12;
@@ -75,6 +76,18 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
         }
         let gradient = &self.gradients[point][..D * D];
         left_of::<D>(kept.inverse_weight(), gradient, kept.rows().as_flattened())
+    }
+
+    /// Calls `leaf` for parts of all points, with the middles of their bonds.
+    fn sweep<O: Outputs>(
+        &self,
+        outputs: O,
+        leaf: impl Fn(Middles<'_, GRADIENT>, Range<usize>, O) + Sync,
+    ) {
+        let Middles { family, table } = self.middles;
+        in_lanes::sweep(self.body.scene, family, outputs, |family, range, outputs| {
+            leaf(Middles { family, table }, range, outputs);
+        });
     }
 
     /// Makes the records of laws, of the points that are wanted.
@@ -165,7 +178,7 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
         wanted: impl Fn(usize) -> bool + Sync,
     ) {
         let scene = self.body.scene;
-        scene.workers.sweep(scene.places.len(), PerPoint(density, 1), |range, density| {
+        self.sweep(PerPoint(density, 1), |middles, range, density| {
             let first = range.start;
             let finish = |point: usize, energy: f64, _: &_, odd: bool| {
                 let own = || {
@@ -174,7 +187,6 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
                 };
                 density.0[point - first] = if odd { own() } else { energy };
             };
-            let middles = self.middles;
             let wanted = &wanted;
             scene.simd.run(BondMeans::<_, _, _, false, D, _> {
                 middles,
@@ -194,7 +206,7 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
         read: &Read<'_>,
     ) {
         let scene = self.body.scene;
-        scene.workers.sweep(scene.places.len(), PerPoint(values, width), |range, values| {
+        self.sweep(PerPoint(values, width), |middles, range, values| {
             let first = range.start;
             let finish = |point: usize, held: f64, stress: &Tensor<D>, odd: bool| {
                 let shown = if odd {
@@ -206,7 +218,7 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
                 };
                 read(&shown, &mut values.0[(point - first) * width..][..width]);
             };
-            let (middles, wanted) = (self.middles, |_| true);
+            let wanted = |_| true;
             scene.simd.run(BondMeans::<_, _, _, true, D, _> {
                 middles,
                 law,

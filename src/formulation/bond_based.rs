@@ -21,7 +21,7 @@ use crate::damage::{BreakRule, Breaking};
 use crate::error::{Error, Result};
 use crate::families::lattice::LatticeUse;
 use crate::families::{Bond, Property};
-use crate::kernel::bond_based::{BondLaw, Record};
+use crate::kernel::bond_based::BondLaw;
 use crate::material::Law;
 use crate::model::{Elastic, Influence, Model, Plane, SurfaceCorrection};
 use crate::workers::PerPoint;
@@ -236,7 +236,7 @@ impl BondBased {
 
 impl Formulation for BondBased {
     fn scratch(&self, points: usize, _: usize, _: usize, _: bool) -> usize {
-        points * size_of::<Record>() / size_of::<f64>() + in_lanes::SLACK
+        in_lanes::room_of_records(points)
     }
 
     fn use_of_a_lattice(&self) -> LatticeUse {

@@ -33,7 +33,7 @@ fn sweep_stretches<const D: usize>(
     let (records, _) = in_lanes::record::<D>(scene, room);
     let family = in_lanes::family(scene, records, Omega::EVEN);
     let (masks, how) = HowTheyBreak::of(scene, breaking);
-    scene.workers.sweep(scene.places.len(), masks, |range, masks| {
+    in_lanes::sweep(scene, family, masks, |family, range, masks| {
         let breaking = how.here(range.start, masks);
         scene.simd.run(BreakSweep::<D> { family, range, breaking });
     });

@@ -20,7 +20,6 @@ use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lane
 use crate::error::Result;
 use crate::families::Property;
 use crate::families::lattice::LatticeUse;
-use crate::kernel::family::Record;
 use crate::material::{Answer, Deformation};
 use crate::tensor::{
     Tensor, Vector, add_outer, applied, difference, dot, identity, product, read, scaled, sum,
@@ -298,7 +297,11 @@ impl Passes for Correspondence {
             true => PENALTY_ROW,
             false => 4 * (1 + width(self.order, dimension)),
         };
-        points * (size_of::<Record>() / size_of::<f64>() + row) + 2 * in_lanes::SLACK
+        in_lanes::room_of_records(points) + points * row + in_lanes::SLACK
+    }
+
+    fn room_of_energies(&self, points: usize, _: usize) -> usize {
+        in_lanes::room_of_records(points)
     }
 
     fn runs_in_lanes(&self, scene: &Scene<'_>) -> bool {

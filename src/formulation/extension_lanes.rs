@@ -7,7 +7,7 @@ use super::in_lanes::HowTheyBreak;
 use super::ordinary_state_based::extension;
 use super::passes::{EnergySweep, FieldSweep, ForceSweep};
 use super::{Kinematics, in_lanes};
-use crate::kernel::family::{Record, Table};
+use crate::kernel::family::Table;
 use crate::kernel::fields::{ByPoints, FieldSums};
 use crate::kernel::ordinary_state_based::{Extensions, OtherPull, OwnPull};
 use crate::material::Law;
@@ -18,7 +18,7 @@ pub(super) const RINGS: u8 = 2;
 
 /// Numbers of the tables.
 pub(super) fn room(points: usize) -> usize {
-    2 * points * size_of::<Record>() / size_of::<f64>() + 2 * in_lanes::SLACK
+    2 * in_lanes::room_of_records(points)
 }
 
 /// Forces of a scene that can be swept in lanes; `pulls`: a and b of a point, from its sums.
@@ -66,12 +66,11 @@ pub(super) fn energies<const D: usize, const PER_LENGTH: bool>(
 ) -> bool {
     let EnergySweep { scene, room, density, near, .. } = sweep;
     let Some(omega) = in_lanes::omega(scene, weights) else { return false };
-    let count = scene.places.len();
     let (records, _) = in_lanes::record::<D>(scene, room.tables);
     let family = in_lanes::family(scene, records, omega);
     let wanted = |point| near.is_none_or(|near| near.wants_energy(point));
     density.fill(0.0);
-    scene.workers.sweep(count, PerPoint(density, 1), |range, density| {
+    in_lanes::sweep(scene, family, PerPoint(density, 1), |family, range, density| {
         let first = range.start;
         let finish = |point: usize, sums: [f64; 2], squares: f64| {
             density.0[point - first] = energy(point, sums, squares);
@@ -97,7 +96,7 @@ pub(super) fn fields<const D: usize, const PER_LENGTH: bool>(
     let (records, rest) = in_lanes::record::<D>(scene, room.tables);
     let (rows, _) = in_lanes::table::<4>(rest, count);
     let family = in_lanes::family(scene, records, omega);
-    scene.workers.sweep(count, PerPoint(&mut *rows, 1), |range, rows| {
+    in_lanes::sweep(scene, family, PerPoint(&mut *rows, 1), |family, range, rows| {
         let first = range.start;
         let finish = |point: usize, sums: [f64; 2], _| {
             let [a, b, dilatation] = pulls(point, sums);
@@ -117,7 +116,7 @@ pub(super) fn fields<const D: usize, const PER_LENGTH: bool>(
         (link.own * pull(point) + link.other * pull(link.neighbor), now)
     };
     let pull = ByPoints::<PER_LENGTH>(Table::new(&family, rows));
-    scene.workers.sweep(count, PerPoint(values, width), |range, values| {
+    in_lanes::sweep(scene, family, PerPoint(values, width), |family, range, values| {
         let first = range.start;
         let finish = |point: usize, sums: &_| {
             let law = laws.at(point);

@@ -5,9 +5,11 @@ use super::Scene;
 use super::body::Weights;
 use crate::damage::Breaking;
 use crate::families::Property;
+use crate::families::lattice::MOST_LANES;
 use crate::kernel::family::{BreakHere, Family, Limits, Omega, Record};
 use crate::model::Influence;
-use crate::workers::{PerPoint, Ragged};
+use crate::workers::{Outputs, PerPoint, Ragged};
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize};
 
 /// Numbers beyond those of tables that let the first of them begin a line of the cache.
@@ -61,6 +63,11 @@ pub(super) fn table<const C: usize>(
     (table.as_chunks_mut().0, rest)
 }
 
+/// Numbers of records of points.
+pub(super) fn room_of_records(points: usize) -> usize {
+    points * size_of::<Record>() / size_of::<f64>() + SLACK
+}
+
 /// Records of all points from the front of the scratch, and the rest of it.
 pub(super) fn record<'a, const D: usize>(
     scene: &Scene<'_>,
@@ -81,6 +88,43 @@ pub(super) fn record<'a, const D: usize>(
 /// The families of a scene with records of its points, and bonds as they are.
 pub(super) fn family<'a>(scene: &Scene<'a>, records: &'a [Record], omega: Omega<'a>) -> Family<'a> {
     Family::new(scene.families, records, scene.bonds.intact, omega)
+}
+
+/// Lanes whose other ends are looked up at once where bonds are not listed.
+const NAMED: usize = 2048;
+
+/// Calls `leaf` for parts of all points, each with a family that it can sweep.
+pub(super) fn sweep<O: Outputs>(
+    scene: &Scene<'_>,
+    family: Family<'_>,
+    outputs: O,
+    leaf: impl Fn(Family<'_>, Range<usize>, O) + Sync,
+) {
+    scene.workers.sweep(scene.places.len(), outputs, |range, outputs| {
+        if family.is_listed() {
+            leaf(family, range, outputs);
+        } else {
+            by_names(family, range, outputs, &leaf);
+        }
+    });
+}
+
+/// Calls `leaf` for a few points at a time, with the names of their lanes.
+#[inline(never)]
+fn by_names<O: Outputs>(
+    family: Family<'_>,
+    range: Range<usize>,
+    outputs: O,
+    leaf: &(dyn Fn(Family<'_>, Range<usize>, O) + Sync),
+) {
+    let (mut start, mut outputs, mut names) = (range.start, outputs, [0; MOST_LANES]);
+    while start < range.end {
+        let room = &mut names[..NAMED.max(family.lanes(start))];
+        let (part, end) = family.part(start..range.end, room);
+        let (own, others) = outputs.split(start, end);
+        leaf(part, start..end, own);
+        (start, outputs) = (end, others);
+    }
 }
 
 /// How bonds break in a sweep.

@@ -142,10 +142,11 @@ impl KeptRows {
         let offsets = &scene.families.offsets;
         let kept_masks = Ragged { values: kept_masks, offsets, width: 1 };
         let kept = (PerPoint(&mut numbers[..], each), kept_masks);
-        scene.workers.sweep(
-            scene.places.len(),
+        in_lanes::sweep(
+            scene,
+            family,
             (outputs, masks, kept),
-            |range, (outputs, masks, (numbers, kept_masks))| {
+            |family, range, (outputs, masks, (numbers, kept_masks))| {
                 let breaking = masks.zip(how).map(|(masks, how)| how.here(range.start, masks));
                 if resting.block(range.start, after) {
                     return;

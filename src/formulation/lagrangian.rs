@@ -21,7 +21,6 @@ use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
 use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Materials, Scene, in_lanes};
 use crate::error::Result;
-use crate::kernel::family::Record;
 use crate::material::{Answer, Deformation};
 use crate::tensor::{
     Tensor, Vector, applied, determinant, difference, inverse, product, read, scaled, transposed,
@@ -189,7 +188,7 @@ impl Passes for Lagrangian {
     }
 
     fn room_of_lanes(&self, points: usize, _: usize, _: usize) -> usize {
-        points * (size_of::<Record>() / size_of::<f64>() + PENALTY_ROW) + 2 * in_lanes::SLACK
+        in_lanes::room_of_records(points) + points * PENALTY_ROW + in_lanes::SLACK
     }
 
     fn runs_in_lanes(&self, scene: &Scene<'_>) -> bool {

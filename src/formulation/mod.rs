@@ -192,6 +192,12 @@ pub(crate) trait Formulation: Send + Sync {
         0
     }
 
+    /// Numbers that a sweep for forces writes aside where all of the body is a lattice, with the energies that breaking needs:
+    /// groups have room of their own.
+    fn scratch_on_lattice(&self, _points: usize, _dimension: usize, _breaks: bool) -> usize {
+        0
+    }
+
     /// Numbers of records that its laws keep: the first ones of the scratch after a sweep for forces.
     fn records(&self, _points: usize, _blocks: usize) -> usize {
         0

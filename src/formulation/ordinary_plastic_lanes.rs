@@ -16,7 +16,7 @@ use crate::workers::{PerPoint, Ragged};
 
 /// Numbers of the tables.
 pub(super) fn room(points: usize, blocks: usize) -> usize {
-    points * size_of::<Record>() / size_of::<f64>() + blocks * LANES + in_lanes::SLACK
+    in_lanes::room_of_records(points) + blocks * LANES
 }
 
 /// What a sweep that makes records leaves besides.

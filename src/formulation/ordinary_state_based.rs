@@ -169,6 +169,10 @@ impl Passes for Lps {
         extension_lanes::room(points)
     }
 
+    fn room_of_energies(&self, points: usize, _: usize) -> usize {
+        in_lanes::room_of_records(points)
+    }
+
     fn runs_in_lanes(&self, scene: &Scene<'_>) -> bool {
         in_lanes::omega(scene, &self.weights).is_some()
     }

@@ -112,6 +112,11 @@ pub(super) trait Passes: Sized + Send + Sync {
         0
     }
 
+    /// Numbers of the tables of its energies on a lattice, those of [`Self::room_of_lanes`] that they need.
+    fn room_of_energies(&self, _points: usize, _dimension: usize) -> usize {
+        0
+    }
+
     /// Whether the forces of a scene can be swept in lanes.
     fn runs_in_lanes(&self, _scene: &Scene<'_>) -> bool {
         false

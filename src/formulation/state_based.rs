@@ -361,6 +361,13 @@ impl<P: Passes> Formulation for StateBased<P> {
         records + passes.max(self.passes.room_of_lanes(points, blocks, dimension)) + room
     }
 
+    fn scratch_on_lattice(&self, points: usize, dimension: usize, breaks: bool) -> usize {
+        if !breaks {
+            return 0;
+        }
+        self.passes.room_of_energies(points, dimension) + breaking::room(points, dimension)
+    }
+
     fn was_stopped(&self) -> bool {
         self.passes.laws().is_some_and(Laws::was_stopped)
     }

@@ -19,6 +19,14 @@ pub(crate) type Record = [f64; 8];
 pub(crate) struct Family<'a> {
     families: &'a Families,
     records: &'a [Record],
+    /// The points that can be swept, from the first to before the last.
+    points: (usize, usize),
+    /// The other ends of their bonds.
+    names: &'a [u32],
+    /// The lane of the first of these.
+    first: usize,
+    /// 1/L of all lanes; `None` where they are computed.
+    inverses: Option<&'a [f64]>,
     /// One bit a lane.
     intact: &'a [u8],
     omega: Omega<'a>,
@@ -89,7 +97,8 @@ const AHEAD: usize = 24;
 const LEAST: f64 = 1e-15;
 
 impl<'a> Family<'a> {
-    /// Panics when there is not a record a point and a mask a block.
+    /// Panics when there is not a record a point and a mask a block. Where bonds are not listed, only [parts](Self::part)
+    /// can be swept.
     pub(crate) fn new(
         families: &'a Families,
         records: &'a [Record],
@@ -97,22 +106,57 @@ impl<'a> Family<'a> {
         omega: Omega<'a>,
     ) -> Self {
         let Families { offsets, neighbors, inverse_lengths, .. } = families;
-        let inverses = inverse_lengths.as_ref();
-        assert_eq!(records.len() + 1, offsets.len());
-        assert_eq!(offsets[records.len()] as usize, intact.len());
-        assert_eq!(neighbors.len(), intact.len() * LANES);
-        assert!(inverses.is_none_or(|inverses| inverses.len() == neighbors.len()));
+        let (count, lanes) = (records.len(), intact.len() * LANES);
+        assert_eq!(count + 1, offsets.len());
+        assert_eq!(offsets[count] as usize, intact.len());
         if let Some(EachBond { own, back }) = omega.each {
-            assert_eq!(own.len(), neighbors.len());
-            assert_eq!(back.len(), neighbors.len());
+            assert_eq!(own.len(), lanes);
+            assert_eq!(back.len(), lanes);
         }
-        Self { families, records, intact, omega }
+        let (points, inverses) = if families.are_listed() {
+            assert_eq!(neighbors.len(), lanes);
+            ((0, count), inverse_lengths.as_deref())
+        } else {
+            ((0, 0), None)
+        };
+        assert!(inverses.is_none_or(|inverses| inverses.len() == lanes));
+        Self { families, records, points, names: neighbors, first: 0, inverses, intact, omega }
     }
 
-    /// First slot of a point, and the end of its slots.
+    /// Lanes of a point.
+    pub(crate) fn lanes(&self, point: usize) -> usize {
+        self.families.blocks(point).len() * LANES
+    }
+
+    /// Whether all points can be swept at once.
+    pub(crate) fn is_listed(&self) -> bool {
+        self.families.are_listed()
+    }
+
+    /// Where bonds are not listed: the first points of a range, as many as `names` has room for the lanes of, and where
+    /// they end.
+    pub(crate) fn part<'b>(&self, points: Range<usize>, names: &'b mut [u32]) -> (Family<'b>, usize)
+    where
+        'a: 'b,
+    {
+        let first = self.families.blocks(points.start).start * LANES;
+        let (mut end, mut filled) = (points.start, 0);
+        for point in points.clone() {
+            let blocks = self.families.blocks(point);
+            let lanes = filled..filled + blocks.len() * LANES;
+            let Some(own) = names.get_mut(lanes.clone()) else { break };
+            self.families.name(point, blocks.start * LANES, own);
+            (end, filled) = (point + 1, lanes.end);
+        }
+        let (points, names) = ((points.start, end), &names[..filled]);
+        (Family { points, names, first, ..*self }, end)
+    }
+
+    /// First slot of a point, and the end of its slots. Panics where the point cannot be swept.
     #[inline(always)]
     pub(super) fn slots(&self, point: usize) -> (usize, usize) {
         let offsets = &self.families.offsets;
+        assert!(self.points.0 <= point && point < self.points.1);
         (offsets[point] as usize * LANES, offsets[point + 1] as usize * LANES)
     }
 
@@ -142,9 +186,10 @@ impl<'a> Family<'a> {
     /// The other ends of a block of bonds.
     #[inline(always)]
     pub(super) fn block(&self, slot: usize) -> &'a [u32; LANES] {
-        prefetch(&self.families.neighbors, slot + AHEAD * LANES);
-        let (blocks, _) = self.families.neighbors.as_chunks();
-        &blocks[slot / LANES]
+        let place = slot - self.first;
+        prefetch(self.names, place + AHEAD * LANES);
+        let (blocks, _) = self.names.as_chunks();
+        &blocks[place / LANES]
     }
 
     /// Which of the bonds from a slot on are there; what lies beyond the lanes does not matter.
@@ -158,9 +203,10 @@ impl<'a> Family<'a> {
     /// The other ends of the bonds from a slot on.
     #[inline(always)]
     pub(super) fn names<S: Simd>(&self, slot: usize) -> &'a [u32] {
-        debug_assert!(slot + S::WIDTH <= self.families.neighbors.len());
-        // SAFETY: slots are those of a point's blocks, which end before the lists do.
-        unsafe { self.families.neighbors.get_unchecked(slot..slot + S::WIDTH) }
+        let place = slot - self.first;
+        debug_assert!(place + S::WIDTH <= self.names.len());
+        // SAFETY: slots are those of the blocks of a point that can be swept, and the lanes of these have names.
+        unsafe { self.names.get_unchecked(place..place + S::WIDTH) }
     }
 
     /// The bonds from a slot on, as seen from a point with the record given.
@@ -171,9 +217,9 @@ impl<'a> Family<'a> {
         own: &[S::Lanes; 8],
         slot: usize,
     ) -> Bonds<S::Lanes, D> {
-        let names = &self.families.neighbors;
-        prefetch(names, slot + AHEAD * LANES);
-        prefetch_rows(self.records, names, slot, S::WIDTH);
+        let (names, place) = (self.names, slot - self.first);
+        prefetch(names, place + AHEAD * LANES);
+        prefetch_rows(self.records, names, place, S::WIDTH);
         let (reference, volume) = self.references(simd, own, slot);
         // SAFETY: as in `references`.
         let shifts = unsafe { simd.columns(self.records, 4, self.names::<S>(slot)) };
@@ -192,7 +238,7 @@ impl<'a> Family<'a> {
         own: &[S::Lanes; 8],
         slot: usize,
     ) -> ([S::Lanes; D], S::Lanes) {
-        // SAFETY: the search makes neighbours of points of the body alone, and each has a record.
+        // SAFETY: names are of points of the body alone, and each has a record.
         let places = unsafe { simd.columns(self.records, 0, self.names::<S>(slot)) };
         let mut reference = [places[0]; D];
         for axis in 0..D {
@@ -209,7 +255,7 @@ impl<'a> Family<'a> {
         own: &[S::Lanes; 8],
         slot: usize,
     ) -> [S::Lanes; D] {
-        if self.families.inverse_lengths.is_some() {
+        if self.inverses.is_some() {
             return [own[0]; D];
         }
         self.references(simd, own, slot).0
@@ -289,7 +335,7 @@ impl<'a> Family<'a> {
         slot: usize,
         reference: &[S::Lanes; D],
     ) -> S::Lanes {
-        let Some(inverses) = &self.families.inverse_lengths else {
+        let Some(inverses) = self.inverses else {
             let mut squared = reference[0] * reference[0];
             for x in &reference[1..] {
                 squared = x.mul_add(*x, squared);
@@ -307,7 +353,7 @@ impl<'a> Family<'a> {
         slot: usize,
         squared: S::Lanes,
     ) -> S::Lanes {
-        let Some(inverses) = &self.families.inverse_lengths else { return squared.reciprocal() };
+        let Some(inverses) = self.inverses else { return squared.reciprocal() };
         let inverse = from_slot(simd, inverses, slot);
         inverse * inverse
     }
@@ -418,7 +464,7 @@ impl<'a, const C: usize> Table<'a, C> {
     /// Asks for the rows of other ends that will be read after those from a slot on.
     #[inline(always)]
     pub(super) fn ask_ahead(&self, family: &Family<'_>, slot: usize, count: usize) {
-        prefetch_rows(self.0, &family.families.neighbors, slot, count);
+        prefetch_rows(self.0, family.names, slot - family.first, count);
     }
 
     /// # Safety

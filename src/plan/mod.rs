@@ -117,18 +117,20 @@ impl Plan {
     /// Numbers that a sweep for forces writes aside; `graded`: bonds have an integrity of their own.
     pub(crate) fn scratch(&self, graded: bool) -> usize {
         let lattice = self.families.lattice.as_ref();
-        let alone = self.formulation.use_of_a_lattice() == LatticeUse::Parts;
-        if alone && !graded && lattice.is_some_and(|lattice| lattice.count == self.count()) {
-            // Groups of a lattice have room of their own.
-            return 0;
+        if !graded && lattice.is_some_and(|lattice| lattice.count == self.count()) {
+            return self.formulation.scratch_on_lattice(self.count(), self.dimension, self.breaks());
         }
         self.scratch_of_energies()
     }
 
+    fn breaks(&self) -> bool {
+        self.rule.is_some()
+    }
+
     /// Numbers that a sweep for energies or fields writes aside.
     pub(crate) fn scratch_of_energies(&self) -> usize {
-        let breaks = self.rule.is_some();
-        self.formulation.scratch(self.count(), self.families.block_count(), self.dimension, breaks)
+        let (points, blocks) = (self.count(), self.families.block_count());
+        self.formulation.scratch(points, blocks, self.dimension, self.breaks())
     }
 
     /// Numbers that its laws remember.

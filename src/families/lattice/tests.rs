@@ -85,23 +85,30 @@ fn check(places: &[Place], listed: &Families, families: &Families) {
 }
 
 #[test]
-fn where_lists_are_wanted_they_hold_the_steps() {
+fn lanes_are_named_by_the_bonds_of_lists() {
     let places = block([21, 13, 11], [0.1; 3]);
     let listed = found(&places, 0.3015, LatticeUse::None);
     let part = [&places[..], &[[0.55, 0.55, 3.0, 2.0]]].concat();
     for lattice_use in [LatticeUse::Whole, LatticeUse::Pairs] {
         let families = found(&places, 0.3015, lattice_use);
-        assert!(families.lattice.is_some() && families.lists() == families.offsets);
-        let inverses = families.inverse_lengths.as_ref().unwrap();
+        assert!(families.lattice.is_some() && families.neighbors.is_empty());
         for point in 0..places.len() {
             let blocks = families.blocks(point);
-            let lanes = blocks.start * LANES..blocks.end * LANES;
-            let mut names = vec![0; lanes.len()];
-            families.name(point, lanes.start, &mut names);
-            assert_eq!(families.neighbors[lanes], names);
-            for bond in families.bonds(point) {
-                assert_eq!(inverses[bond.slot].recip().to_bits(), bond.length.to_bits());
-            }
+            let (mut masks, first) = (vec![0; blocks.len()], blocks.start * LANES);
+            families.mark_bonds(point, &mut masks);
+            let mut names = vec![u32::MAX; blocks.len() * LANES];
+            let (front, back) = names.split_at_mut(3 * LANES);
+            families.name(point, first, front);
+            families.name(point, first + front.len(), back);
+            let named = names.iter().enumerate().filter_map(|(lane, &name)| {
+                assert!((name as usize) < places.len());
+                (masks[lane / LANES] >> (lane % LANES) & 1 == 1).then_some(name as usize)
+            });
+            let mut named: Vec<_> = named.collect();
+            named.sort_unstable();
+            let mut bonds: Vec<_> = listed.bonds(point).map(|bond| bond.neighbor).collect();
+            bonds.sort_unstable();
+            assert_eq!(named, bonds);
         }
         check(&places, &listed, &families);
         assert!(found(&part, 0.3015, lattice_use).lattice.is_none());
