@@ -9,7 +9,7 @@ use super::ordinary_plastic::{PlasticLps, Records, State, records_mut, strain_of
 use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
 use super::{Asked, EnergyPart, Kinematics, Scene};
 use crate::families::LANES;
-use crate::kernel::family::{Family, Record};
+use crate::kernel::family::Family;
 use crate::kernel::fields::{BondSums, ByLanes, FieldSums};
 use crate::kernel::ordinary_plastic::{PullAlong, Return, Sums};
 use crate::workers::{PerPoint, Ragged};
