@@ -96,6 +96,23 @@ impl BreakRule {
     }
 }
 
+/// (l/L)^2 - 1 of a bond that comes close to a stretch, whatever the rounding: of bonds of a fragment that has flown
+/// 1e7 of their lengths and turned, too. Both ends must look, or one would keep what the other breaks.
+pub(crate) fn close_to(stretch: f64) -> f64 {
+    (1.0 - 1e-4) * stretch * (2.0 + stretch) - 1e-14
+}
+
+/// Stretch of a bond of a length, from xi and du along each axis; the same bits from both ends.
+pub(crate) fn stretch(length: f64, axes: impl Iterator<Item = [f64; 2]>) -> f64 {
+    let (mut squared, mut change) = (0.0, 0.0);
+    for [reference, moved] in axes {
+        let now = reference + moved;
+        squared += now * now;
+        change += moved * (reference + now);
+    }
+    change / (length * (length + squared.sqrt()))
+}
+
 fn per_bond(
     families: &Families,
     ends: &Property,

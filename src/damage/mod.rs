@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::families::{Families, LANES, Place};
 use crate::memory;
 use crate::workers::{PerPoint, Ragged, Workers};
-pub(crate) use critical_stretch::{BreakRule, Interface};
+pub(crate) use critical_stretch::{BreakRule, Interface, close_to, stretch};
 
 const PURPOSE: &str = "bond state";
 

@@ -35,15 +35,13 @@ pub(crate) struct Step {
     pub(crate) reference: [f64; 3],
 }
 
-/// What sweeps make of a lattice.
+/// What sweeps make of a lattice. Members need no lists: other sweeps name the lanes of a few points at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LatticeUse {
     None,
-    /// They run on it where all of the body is one. Others name the lanes of a few points at a time.
-    Whole,
-    /// The same, and groups that stand side by side in neighbouring rows are computed together.
+    /// They run on it where all of the body is one, and compute groups that stand side by side in neighbouring rows together.
     Pairs,
-    /// They run on any part of the body that is one, and members need no lists.
+    /// They run on any part of the body that is one.
     Parts,
 }
 

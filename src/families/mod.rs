@@ -13,7 +13,7 @@ use std::ops::Range;
 
 use crate::kernel::simd::Unit;
 use crate::memory;
-use lattice::Lattice;
+use lattice::{Lattice, NOBODY};
 pub(crate) use search::{Wanted, find};
 
 /// Bonds that stand, are masked and are computed together.
@@ -243,7 +243,12 @@ impl Families {
 
     /// The bond of a member of the lattice along a step of the stencil, if there is one.
     pub(crate) fn bond_along(&self, point: usize, step: usize) -> Option<Bond> {
-        self.bond(point, &self.lanes(point), self.blocks(point).start * LANES + step)
+        self.bond_at(point, self.blocks(point).start * LANES + step)
+    }
+
+    /// The bond that stands in a lane of a point, if there is one.
+    pub(crate) fn bond_at(&self, point: usize, slot: usize) -> Option<Bond> {
+        self.bond(point, &self.lanes(point), slot)
     }
 
     /// The bond that stands in a lane of a point. Its length has the same bits from both ends and for any storage.
@@ -289,6 +294,11 @@ impl Families {
     /// Whether all points have lists of their bonds.
     pub(crate) fn are_listed(&self) -> bool {
         self.lattice.is_none()
+    }
+
+    /// Whether a point has: members of a lattice have none.
+    pub(crate) fn is_listed(&self, point: usize) -> bool {
+        self.lattice.as_ref().is_none_or(|lattice| lattice.seat_of[point] == NOBODY)
     }
 
     /// The bond from `point` to `neighbor`, if there is one.

@@ -47,7 +47,7 @@ pub(crate) fn find(wanted: Wanted<'_>) -> Result<Families> {
     let count = places.len();
     let new = || Search::new(workers, simd, dimension, &places, &farthest_of, &reach);
     let (mut search, mut lattice) = (None, None);
-    let whole_only = matches!(lattice_use, LatticeUse::Whole | LatticeUse::Pairs);
+    let whole_only = lattice_use == LatticeUse::Pairs;
     if let (true, None, Property::Uniform(radius)) =
         (lattice_use != LatticeUse::None, &reach.rim, &reach.radii)
         && let Some(crossings) = Crossings::find(workers, &places, *radius, farthest)?
@@ -61,7 +61,7 @@ pub(crate) fn find(wanted: Wanted<'_>) -> Result<Families> {
         }
         let pairs = lattice_use == LatticeUse::Pairs;
         lattice = Lattice::of(&crossings, &whole, *radius, pairs)?
-            .filter(|lattice| !whole_only || lattice.row() <= MOST_LANES);
+            .filter(|lattice| lattice.row() <= MOST_LANES);
         if let (Some(search), Some(_)) = (&mut search, &lattice) {
             search.left_out = whole;
         }

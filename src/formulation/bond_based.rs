@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use super::body::{Body, ByModel, Link, Weights};
 use super::bond_forces::{BondForces, book, energies, fields};
-use super::bond_laws::{Alike, Common, Limits, Various, close_to};
+use super::bond_laws::{Alike, Common, Limits, Various};
 use super::calm::{Calm, Look, Resting};
 use super::constants;
 use super::on_lattice::{LatticeState, OnLattice};
@@ -17,7 +17,7 @@ use super::{
     EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Read, Scene, in_lanes,
     surface, surface_stiffness,
 };
-use crate::damage::{BreakRule, Breaking};
+use crate::damage::{BreakRule, Breaking, close_to};
 use crate::error::{Error, Result};
 use crate::families::lattice::LatticeUse;
 use crate::families::{Bond, Property};

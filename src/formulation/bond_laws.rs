@@ -3,7 +3,7 @@
 use super::Scene;
 use super::breaking::stretch;
 use super::surface::Correction;
-use crate::damage::BreakRule;
+use crate::damage::{BreakRule, close_to};
 use crate::families::{Bond, Families, LANES, Property};
 use crate::kernel::bond_based::{BondLaw, Part};
 use crate::kernel::lattice::Judge;
@@ -64,12 +64,6 @@ impl Judge for Limits<'_> {
         let bond = self.scene.families.bond_along(point, step);
         bond.is_some_and(|bond| self.breaks_bond(point, bond))
     }
-}
-
-/// (l/L)^2 - 1 of a bond that comes close to a stretch, whatever the rounding: of bonds of a fragment that has flown
-/// 1e7 of their lengths and turned, too. Both ends must look, or one would keep what the other breaks.
-pub(super) fn close_to(stretch: f64) -> f64 {
-    (1.0 - 1e-4) * stretch * (2.0 + stretch) - 1e-14
 }
 
 impl BondLaw for Alike<'_> {

@@ -8,7 +8,7 @@
 
 use super::in_lanes::HowTheyBreak;
 use super::{EnergyPart, Scene, in_lanes};
-use crate::damage::{BondsView, Breaking};
+use crate::damage::{self, BondsView, Breaking};
 use crate::kernel::family::{BreakSweep, Omega, Record};
 use crate::workers::PerPoint;
 
@@ -131,14 +131,9 @@ fn spread(scene: &Scene<'_>, marks: &[f64], wider: &mut [f64], mark: f64) {
 /// Stretch of a bond; the same bits from both ends.
 pub(super) fn stretch(scene: &Scene<'_>, from: usize, to: usize, length: f64) -> f64 {
     let dimension = scene.dimension;
-    let (mut squared, mut change) = (0.0, 0.0);
-    for axis in 0..dimension {
-        let reference = scene.places[to][axis] - scene.places[from][axis];
-        let moved =
-            scene.displacement[to * dimension + axis] - scene.displacement[from * dimension + axis];
-        let now = reference + moved;
-        squared += now * now;
-        change += moved * (reference + now);
-    }
-    change / (length * (length + squared.sqrt()))
+    let axes = (0..dimension).map(|axis| {
+        let of = |point: usize| scene.displacement[point * dimension + axis];
+        [scene.places[to][axis] - scene.places[from][axis], of(to) - of(from)]
+    });
+    damage::stretch(length, axes)
 }

@@ -3,11 +3,13 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::{Body, ByModel, Link, Weights};
+use super::calm::Resting;
 use super::in_lanes::HowTheyBreak;
 use super::ordinary_state_based::extension;
 use super::passes::{EnergySweep, FieldSweep, ForceSweep};
-use super::{Kinematics, in_lanes};
-use crate::kernel::family::Table;
+use super::{Kinematics, Scene, in_lanes};
+use crate::damage::Breaking;
+use crate::kernel::family::{Family, Record, Table};
 use crate::kernel::fields::{ByPoints, FieldSums};
 use crate::kernel::ordinary_state_based::{Extensions, OtherPull, OwnPull};
 use crate::material::Law;
@@ -28,13 +30,28 @@ pub(super) fn forces<const D: usize, const PER_LENGTH: bool>(
     pulls: impl Fn(usize, [f64; 2]) -> [f64; 2] + Sync,
 ) -> Option<usize> {
     let ForceSweep { scene, room, force, breaking, resting } = sweep;
-    let (omega, count) = (in_lanes::omega(scene, weights)?, scene.places.len());
+    let omega = in_lanes::omega(scene, weights)?;
     let (records, rest) = in_lanes::record::<D>(scene, room.tables);
-    let (left, _) = in_lanes::table(rest, count);
+    let (left, _) = in_lanes::table(rest, scene.places.len());
     let family = in_lanes::family(scene, records, omega);
+    let outputs = (&mut *force, &mut *left);
+    own_pulls::<D, PER_LENGTH>((scene, resting), family, outputs, breaking, pulls);
+    let scene = &in_lanes::remaining(scene, breaking);
+    let family = in_lanes::family(scene, left, omega);
+    other_pulls::<D, PER_LENGTH>((scene, resting), family, force)
+}
+
+/// The first sweep of listed bonds: forces, and records with a V and b V.
+pub(super) fn own_pulls<const D: usize, const PER_LENGTH: bool>(
+    (scene, resting): (&Scene<'_>, Resting<'_>),
+    family: Family<'_>,
+    (force, left): (&mut [f64], &mut [Record]),
+    breaking: &mut Option<Breaking<'_>>,
+    pulls: impl Fn(usize, [f64; 2]) -> [f64; 2] + Sync,
+) {
     let (masks, how) = HowTheyBreak::if_any(scene, breaking);
-    let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1), masks);
-    scene.workers.sweep(count, outputs, |range, (force, left, masks)| {
+    let outputs = (PerPoint(force, D), PerPoint(left, 1), masks);
+    in_lanes::sweep_listed(scene, family, outputs, |family, range, (force, left, masks)| {
         let breaking = masks.zip(how).map(|(masks, how)| how.here(range.start, masks));
         if resting.block(range.start, 1) {
             return;
@@ -43,10 +60,16 @@ pub(super) fn forces<const D: usize, const PER_LENGTH: bool>(
         let sweep = OwnPull::<_, D, PER_LENGTH> { family, pulls, range, force, left, breaking };
         scene.simd.run(sweep);
     });
-    let scene = &in_lanes::remaining(scene, breaking);
-    let family = in_lanes::family(scene, left, omega);
+}
+
+/// The second, with the records that are left. Gives the first point whose force is not finite.
+pub(super) fn other_pulls<const D: usize, const PER_LENGTH: bool>(
+    (scene, resting): (&Scene<'_>, Resting<'_>),
+    family: Family<'_>,
+    force: &mut [f64],
+) -> Option<usize> {
     let bad = AtomicUsize::new(usize::MAX);
-    scene.workers.sweep(count, PerPoint(force, D), |range, force| {
+    in_lanes::sweep_listed(scene, family, PerPoint(force, D), |family, range, force| {
         if resting.block(range.start, 0) {
             return force.0.fill(0.0);
         }

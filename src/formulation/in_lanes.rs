@@ -73,9 +73,21 @@ pub(super) fn record<'a, const D: usize>(
     scene: &Scene<'_>,
     scratch: &'a mut [f64],
 ) -> (&'a [Record], &'a mut [f64]) {
+    record_some::<D>(scene, scratch, |_| true)
+}
+
+/// The same, but for blocks of points that are not wanted, by the first of each.
+pub(super) fn record_some<'a, const D: usize>(
+    scene: &Scene<'_>,
+    scratch: &'a mut [f64],
+    wanted: impl Fn(usize) -> bool + Sync,
+) -> (&'a [Record], &'a mut [f64]) {
     let (records, rest) = table(scratch, scene.places.len());
     let (shifts, _) = scene.displacement.as_chunks::<D>();
     scene.workers.sweep(scene.places.len(), PerPoint(&mut *records, 1), |range, records| {
+        if !wanted(range.start) {
+            return;
+        }
         for (record, point) in records.0.iter_mut().zip(range) {
             *record = [0.0; 8];
             record[..4].copy_from_slice(&scene.places[point]);
@@ -100,29 +112,64 @@ pub(super) fn sweep<O: Outputs>(
     outputs: O,
     leaf: impl Fn(Family<'_>, Range<usize>, O) + Sync,
 ) {
+    sweep_parts(scene, family, outputs, true, &leaf);
+}
+
+/// The same of the points that have lists of their bonds, those that are no members of a lattice.
+pub(super) fn sweep_listed<O: Outputs>(
+    scene: &Scene<'_>,
+    family: Family<'_>,
+    outputs: O,
+    leaf: impl Fn(Family<'_>, Range<usize>, O) + Sync,
+) {
+    sweep_parts(scene, family, outputs, false, &leaf);
+}
+
+fn sweep_parts<O: Outputs>(
+    scene: &Scene<'_>,
+    family: Family<'_>,
+    outputs: O,
+    members: bool,
+    leaf: Part<'_, O>,
+) {
     scene.workers.sweep(scene.places.len(), outputs, |range, outputs| {
-        if family.is_listed() {
+        if family.is_whole() {
             leaf(family, range, outputs);
         } else {
-            by_names(family, range, outputs, &leaf);
+            by_runs(family, range, outputs, members, leaf);
         }
     });
 }
 
-/// Calls `leaf` for a few points at a time, with the names of their lanes.
+/// What a sweep does with a part of a family.
+type Part<'a, O> = &'a (dyn Fn(Family<'_>, Range<usize>, O) + Sync);
+
+/// Calls `leaf` for points that are alike, if they have lists or with `members`: for a few at a time, with the names of their lanes.
 #[inline(never)]
-fn by_names<O: Outputs>(
+fn by_runs<O: Outputs>(
     family: Family<'_>,
     range: Range<usize>,
     outputs: O,
-    leaf: &(dyn Fn(Family<'_>, Range<usize>, O) + Sync),
+    members: bool,
+    leaf: Part<'_, O>,
 ) {
     let (mut start, mut outputs, mut names) = (range.start, outputs, [0; MOST_LANES]);
     while start < range.end {
-        let room = &mut names[..NAMED.max(family.lanes(start))];
-        let (part, end) = family.part(start..range.end, room);
+        let (mut end, listed) = family.run(start..range.end);
+        let part = if listed {
+            Some(family.listed(start..end))
+        } else if members {
+            let room = &mut names[..NAMED.max(family.lanes(start))];
+            let (part, last) = family.named(start..end, room);
+            end = last;
+            Some(part)
+        } else {
+            None
+        };
         let (own, others) = outputs.split(start, end);
-        leaf(part, start..end, own);
+        if let Some(part) = part {
+            leaf(part, start..end, own);
+        }
         (start, outputs) = (end, others);
     }
 }

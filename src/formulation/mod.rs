@@ -32,6 +32,7 @@ mod ordinary_plastic;
 mod ordinary_plastic_lanes;
 mod ordinary_state_based;
 mod passes;
+mod seam;
 mod state_based;
 mod surface;
 mod surface_stiffness;

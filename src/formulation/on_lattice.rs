@@ -7,10 +7,10 @@ use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::bond_laws::{Limits, close_to};
+use super::bond_laws::Limits;
 use super::calm::{Bonds, Resting};
 use super::{Scene, in_lanes};
-use crate::damage::Breaking;
+use crate::damage::{Breaking, close_to};
 use crate::error::Result;
 use crate::families::LANES;
 use crate::families::lattice::{Lattice, NOBODY};

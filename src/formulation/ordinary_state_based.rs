@@ -10,6 +10,7 @@ use super::constants;
 use super::correspondence::add;
 use super::on_lattice::LatticeState;
 use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
+use super::seam::Seam;
 use super::state_based::StateBased;
 use super::surface::Surface;
 use super::{
@@ -59,8 +60,10 @@ pub(super) struct Lps {
     pub(super) surface: Option<Surface<ByModel<f64>>>,
     /// For what lies across; bonds do not ask it.
     pub(super) laws: ByModel<Law>,
-    /// What sweeps over a lattice hold, where the body is one.
+    /// What sweeps over a lattice hold, where the body has one.
     pub(super) lattice: Option<LatticeState>,
+    /// Where the lattice ends, if it does.
+    pub(super) seam: Option<Seam>,
 }
 
 fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
@@ -77,7 +80,8 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         None
     };
     let laws = ByModel::new(materials, |model| Law::new(model, dimension))?;
-    let lps = Lps { weights: Weights::new(materials)?, moduli, surface, laws, lattice: None };
+    let (weights, lattice, seam) = (Weights::new(materials)?, None, None);
+    let lps = Lps { weights, moduli, surface, laws, lattice, seam };
     if materials.models.iter().any(|model| model.number("yield_stress").is_some()) {
         return ordinary_plastic::prepare(materials, lps);
     }
@@ -133,6 +137,11 @@ impl Lps {
         [a, inverse * theta * (dimension * kappa - deviatoric / dimension), theta]
     }
 
+    pub(super) fn ab<const D: usize>(&self, point: usize, sums: [f64; 2]) -> [f64; 2] {
+        let [a, b, _] = self.pulls::<D>(point, sums);
+        [a, b]
+    }
+
     /// 1/m (0 without a family) and theta, from m and sum w L e V.
     fn state<const D: usize>([weighted, sum]: [f64; 2]) -> [f64; 2] {
         let inverse = if weighted > 0.0 { 1.0 / weighted } else { 0.0 };
@@ -155,12 +164,13 @@ impl Passes for Lps {
 
     fn use_of_a_lattice(&self) -> LatticeUse {
         let alike = self.moduli.only().is_some() && self.weights.are_shared();
-        if alike && self.surface.is_none() { LatticeUse::Whole } else { LatticeUse::None }
+        if alike && self.surface.is_none() { LatticeUse::Parts } else { LatticeUse::None }
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
         if let Some(lattice) = &scene.families.lattice {
             self.lattice = Some(LatticeState::new(scene, lattice, 2)?);
+            self.seam = Seam::new(scene, lattice)?;
         }
         Ok(())
     }
@@ -188,10 +198,7 @@ impl Passes for Lps {
         if let (Some(lattice), Some(state)) = (&sweep.scene.families.lattice, &self.lattice) {
             return self.forces_on_lattice::<D>((lattice, state), sweep);
         }
-        let pulls = |point: usize, sums: [f64; 2]| {
-            let [a, b, _] = self.pulls::<D>(point, sums);
-            [a, b]
-        };
+        let pulls = |point: usize, sums: [f64; 2]| self.ab::<D>(point, sums);
         extension_lanes::forces::<D, false>(sweep, &self.weights, pulls)
     }
 
@@ -276,7 +283,8 @@ impl Passes for Lps {
     }
 
     fn bytes(&self) -> usize {
-        let lattice = self.lattice.as_ref().map_or(0, LatticeState::bytes);
+        let lattice = self.lattice.as_ref().map_or(0, LatticeState::bytes)
+            + self.seam.as_ref().map_or(0, Seam::bytes);
         let surface = self.surface.as_ref().map_or(0, |surface| surface.moduli.bytes());
         self.laws.bytes() + self.moduli.bytes() + surface + lattice
     }

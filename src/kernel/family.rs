@@ -7,8 +7,8 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::simd::{Kernel, Lanes, Mask, Simd, prefetch, prefetch_rows};
-use crate::damage::BreakRule;
-use crate::families::{Families, LANES};
+use crate::damage::{self, BreakRule, close_to};
+use crate::families::{Bond, Families, LANES};
 use crate::model::Influence;
 
 /// A point in a line of the cache: place, volume, displacement and a number that does not matter.
@@ -25,7 +25,7 @@ pub(crate) struct Family<'a> {
     names: &'a [u32],
     /// The lane of the first of these.
     first: usize,
-    /// 1/L of all lanes; `None` where they are computed.
+    /// 1/L of these lanes; `None` where they are computed.
     inverses: Option<&'a [f64]>,
     /// One bit a lane.
     intact: &'a [u8],
@@ -97,8 +97,8 @@ const AHEAD: usize = 24;
 const LEAST: f64 = 1e-15;
 
 impl<'a> Family<'a> {
-    /// Panics when there is not a record a point and a mask a block. Where bonds are not listed, only [parts](Self::part)
-    /// can be swept.
+    /// Panics when there is not a record a point and a mask a block. Where there is a lattice, only parts can be swept:
+    /// [listed](Self::listed) and [named](Self::named) ones.
     pub(crate) fn new(
         families: &'a Families,
         records: &'a [Record],
@@ -113,14 +113,23 @@ impl<'a> Family<'a> {
             assert_eq!(own.len(), lanes);
             assert_eq!(back.len(), lanes);
         }
-        let (points, inverses) = if families.are_listed() {
-            assert_eq!(neighbors.len(), lanes);
-            ((0, count), inverse_lengths.as_deref())
-        } else {
-            ((0, 0), None)
+        let none = Self {
+            families,
+            records,
+            points: (0, 0),
+            names: &[],
+            first: 0,
+            inverses: None,
+            intact,
+            omega,
         };
+        if !families.are_listed() {
+            return none;
+        }
+        assert_eq!(neighbors.len(), lanes);
+        let inverses = inverse_lengths.as_deref();
         assert!(inverses.is_none_or(|inverses| inverses.len() == lanes));
-        Self { families, records, points, names: neighbors, first: 0, inverses, intact, omega }
+        Self { points: (0, count), names: neighbors, inverses, ..none }
     }
 
     /// Lanes of a point.
@@ -129,13 +138,35 @@ impl<'a> Family<'a> {
     }
 
     /// Whether all points can be swept at once.
-    pub(crate) fn is_listed(&self) -> bool {
+    pub(crate) fn is_whole(&self) -> bool {
         self.families.are_listed()
     }
 
-    /// Where bonds are not listed: the first points of a range, as many as `names` has room for the lanes of, and where
-    /// they end.
-    pub(crate) fn part<'b>(&self, points: Range<usize>, names: &'b mut [u32]) -> (Family<'b>, usize)
+    /// Where the first points of a range end that all have lists, or none, and whether they have.
+    pub(crate) fn run(&self, points: Range<usize>) -> (usize, bool) {
+        let listed = self.families.is_listed(points.start);
+        let end = points.clone().find(|&point| self.families.is_listed(point) != listed);
+        (end.unwrap_or(points.end), listed)
+    }
+
+    /// Of a range of points that all have lists.
+    pub(crate) fn listed(&self, points: Range<usize>) -> Self {
+        let Families { offsets, neighbors, inverse_lengths, .. } = self.families;
+        assert!(points.clone().all(|point| self.families.is_listed(point)));
+        let lists = self.families.lists();
+        let [start, end] = [points.start, points.end].map(|point| lists[point] as usize * LANES);
+        let (names, first) = (&neighbors[start..end], offsets[points.start] as usize * LANES);
+        assert_eq!(names.len(), offsets[points.end] as usize * LANES - first);
+        let inverses = inverse_lengths.as_ref().map(|inverses| &inverses[start..end]);
+        Self { points: (points.start, points.end), names, first, inverses, ..*self }
+    }
+
+    /// The first points of a range, as many as `names` has room for the lanes of, and where they end.
+    pub(crate) fn named<'b>(
+        &self,
+        points: Range<usize>,
+        names: &'b mut [u32],
+    ) -> (Family<'b>, usize)
     where
         'a: 'b,
     {
@@ -149,7 +180,7 @@ impl<'a> Family<'a> {
             (end, filled) = (point + 1, lanes.end);
         }
         let (points, names) = ((points.start, end), &names[..filled]);
-        (Family { points, names, first, ..*self }, end)
+        (Family { points, names, first, inverses: None, ..*self }, end)
     }
 
     /// First slot of a point, and the end of its slots. Panics where the point cannot be swept.
@@ -174,6 +205,12 @@ impl<'a> Family<'a> {
             *own = simd.splat(*number);
         }
         own
+    }
+
+    /// Stretch of a bond of a point, of which and of whose neighbours there are records of places and displacements.
+    fn stretch(&self, point: usize, bond: Bond) -> f64 {
+        let (from, to) = (self.record(point), self.record(bond.neighbor));
+        damage::stretch(bond.length, (0..3).map(|axis| [axis, 4 + axis].map(|k| to[k] - from[k])))
     }
 
     /// Masks of a point's blocks.
@@ -342,7 +379,7 @@ impl<'a> Family<'a> {
             }
             return self.families.unit.inverse_length(simd, squared);
         };
-        from_slot(simd, inverses, slot)
+        from_slot(simd, inverses, slot - self.first)
     }
 
     /// 1/L^2 of the bonds from a slot on with these L^2; lanes without a bond may have no number.
@@ -354,7 +391,7 @@ impl<'a> Family<'a> {
         squared: S::Lanes,
     ) -> S::Lanes {
         let Some(inverses) = self.inverses else { return squared.reciprocal() };
-        let inverse = from_slot(simd, inverses, slot);
+        let inverse = from_slot(simd, inverses, slot - self.first);
         inverse * inverse
     }
 
@@ -387,13 +424,13 @@ impl<'a> Family<'a> {
     }
 }
 
-/// The numbers of lanes from a slot on; there is one for each.
+/// The numbers of lanes from a place on; there is one for each.
 #[inline(always)]
-fn from_slot<S: Simd>(simd: S, numbers: &[f64], slot: usize) -> S::Lanes {
-    prefetch(numbers, slot + AHEAD * LANES);
-    debug_assert!(slot + S::WIDTH <= numbers.len());
-    // SAFETY: slots are those of a point's blocks, which end before the lists do, and there is a number for each.
-    simd.load(unsafe { numbers.get_unchecked(slot..slot + S::WIDTH) })
+fn from_slot<S: Simd>(simd: S, numbers: &[f64], place: usize) -> S::Lanes {
+    prefetch(numbers, place + AHEAD * LANES);
+    debug_assert!(place + S::WIDTH <= numbers.len());
+    // SAFETY: places are those of a point's lanes among all or among those of a part, and there is a number for each.
+    simd.load(unsafe { numbers.get_unchecked(place..place + S::WIDTH) })
 }
 
 impl<F: Lanes, const D: usize> Bonds<F, D> {
@@ -494,22 +531,17 @@ impl<'a, const C: usize> Table<'a, C> {
 #[derive(Clone, Copy)]
 pub(crate) struct Limits<'a> {
     rule: &'a BreakRule,
-    /// (l/L)^2 - 1 beyond which they do, if all share it.
+    /// (l/L)^2 - 1 from which they come close to it, if all share it.
     uniform: Option<f64>,
-}
-
-/// (l/L)^2 - 1 at a stretch.
-#[inline(always)]
-fn squared_ratio_less_one(stretch: f64) -> f64 {
-    stretch * (2.0 + stretch)
 }
 
 impl<'a> Limits<'a> {
     pub(crate) fn new(rule: &'a BreakRule) -> Self {
-        Self { rule, uniform: rule.uniform().map(squared_ratio_less_one) }
+        Self { rule, uniform: rule.uniform().map(close_to) }
     }
 
-    /// Which of the bonds from a slot on, of those in `bits`, are to break.
+    /// Which of the bonds from a slot on, of those in `bits`, are to break. What lanes compute depends on the sweep: bonds that come
+    /// close to their limit are judged one by one, so that both ends come to the same.
     #[inline(always)]
     pub(super) fn beyond<S: Simd>(
         &self,
@@ -523,13 +555,30 @@ impl<'a> Limits<'a> {
             Some(threshold) => simd.splat(threshold),
             None => self.various(simd, family, point, slot),
         };
-        let beyond = lengths.change.above(threshold * lengths.squared).bits() & bits;
-        if beyond == 0 {
+        let close = lengths.change.above(threshold * lengths.squared).bits() & bits;
+        if close == 0 {
             return 0;
         }
         // What is beyond all numbers shall be noticed, and not break.
         let finite = simd.splat(f64::INFINITY).above(lengths.change).bits();
-        beyond & finite & self.rule.breakable(slot / LANES) >> (slot % LANES)
+        let breakable = self.rule.breakable(slot / LANES) >> (slot % LANES);
+        self.judged(family, point, slot, close & finite & breakable)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn judged(&self, family: &Family<'_>, point: usize, slot: usize, mut close: u8) -> u8 {
+        let mut broken = 0;
+        while close != 0 {
+            let lane = close.trailing_zeros() as usize;
+            let slot = slot + lane;
+            close &= close - 1;
+            if let Some(bond) = family.families.bond_at(point, slot) {
+                let limit = self.rule.threshold(slot, point, bond.neighbor);
+                broken |= u8::from(family.stretch(point, bond) > limit) << lane;
+            }
+        }
+        broken
     }
 
     #[inline(always)]
@@ -542,8 +591,7 @@ impl<'a> Limits<'a> {
     ) -> S::Lanes {
         let neighbors = family.names::<S>(slot);
         simd.each(|lane| {
-            let stretch = self.rule.threshold(slot + lane, point, neighbors[lane] as usize);
-            squared_ratio_less_one(stretch)
+            close_to(self.rule.threshold(slot + lane, point, neighbors[lane] as usize))
         })
     }
 }

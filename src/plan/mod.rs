@@ -118,7 +118,11 @@ impl Plan {
     pub(crate) fn scratch(&self, graded: bool) -> usize {
         let lattice = self.families.lattice.as_ref();
         if !graded && lattice.is_some_and(|lattice| lattice.count == self.count()) {
-            return self.formulation.scratch_on_lattice(self.count(), self.dimension, self.breaks());
+            return self.formulation.scratch_on_lattice(
+                self.count(),
+                self.dimension,
+                self.breaks(),
+            );
         }
         self.scratch_of_energies()
     }

@@ -142,12 +142,25 @@ fn simulation(points: &Points, formulation: &str, lattices: bool) -> Simulation 
     simulation
 }
 
+/// Formulations that run on lattices that are but a part of a body.
+const ON_PARTS: [&str; 2] = ["bond_based", "ordinary_state_based"];
+
 #[test]
 fn part_lattice_and_part_cloud_break_as_a_cloud_and_keep_their_momentum() {
+    for (formulation, level) in
+        ON_PARTS.into_iter().flat_map(|f| levels().into_iter().map(move |l| (f, l)))
+    {
+        part_lattice_and_part_cloud(formulation, level);
+    }
+}
+
+fn part_lattice_and_part_cloud(formulation: &str, level: SimdLevel) {
     let points = mixed();
     let velocity = Random(9).around_zero(3 * points.count(), 0.05);
-    let [cloud, lattice] = [false, true].map(|lattices| {
-        let mut simulation = simulation(&points, "bond_based", lattices);
+    let run = |lattices: bool, threads: usize| {
+        let mut simulation = simulation(&points, formulation, lattices);
+        simulation.set_simd(level).unwrap();
+        simulation.set_threads(threads).unwrap();
         simulation.break_crossing(&[-1.0, 6.2, 3.0, 8.0, 6.2, 3.0, 8.0, 6.2, 17.0]).unwrap();
         simulation.set(Field::Velocity, &velocity).unwrap();
         for _ in 0..12 {
@@ -160,13 +173,23 @@ fn part_lattice_and_part_cloud_break_as_a_cloud_and_keep_their_momentum() {
             }
         }
         simulation
-    });
+    };
+    let [cloud, lattice] = [false, true].map(|lattices| run(lattices, 2));
     assert!(lattice.health().unwrap().broken_bonds > 2000);
     assert_eq!(intact(&cloud), intact(&lattice));
-    for field in [Field::Displacement, Field::InternalForce, Field::DissipatedEnergyDensity] {
+    for field in [
+        Field::Displacement,
+        Field::InternalForce,
+        Field::DissipatedEnergyDensity,
+        Field::StrainEnergyDensity,
+        Field::DeformationGradient,
+        Field::FirstPiolaStress,
+    ] {
         let [a, b] = [&cloud, &lattice].map(|body| body.get(field).unwrap());
-        assert!(distance(&a, &b) < 1e-10, "{field:?}");
+        let distance = distance(&a, &b);
+        assert!(distance < 1e-9, "{formulation}, {level:?}, {field:?}: {distance}");
     }
+    assert_eq!(state_bits(&lattice), state_bits(&run(true, 3)));
 }
 
 /// On every level, with threads, whole families and torn ones down to sheets and single points.

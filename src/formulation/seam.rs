@@ -1,0 +1,101 @@
+//! The seam of a body that is part lattice and part cloud: what a first sweep leaves at points of one side goes to the other side
+//! before the second reads it.
+
+use std::ops::Range;
+
+use super::{Scene, in_lanes};
+use crate::error::Result;
+use crate::families::lattice::{Lattice, NOBODY};
+use crate::kernel::family::Record;
+use crate::memory;
+use crate::workers::{BLOCK, PerBlock, PerPoint, block_count};
+
+const PURPOSE: &str = "lattices";
+
+/// A point, and its cell of the lattice.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    pub(super) point: u32,
+    pub(super) cell: u32,
+}
+
+/// Points near the other side.
+#[derive(Debug)]
+pub(super) struct Seam {
+    /// Those without a seat on crossings.
+    beyond: Vec<Place>,
+    /// Members that points without a seat may have bonds with, in ascending order.
+    edge: Vec<Place>,
+    /// Of each block of points, whether any has no seat or is of the edge.
+    blocks: Vec<bool>,
+}
+
+impl Seam {
+    /// `None` where all points are members.
+    pub(super) fn new(scene: &Scene<'_>, lattice: &Lattice) -> Result<Option<Self>> {
+        let (workers, count) = (scene.workers, scene.places.len());
+        if lattice.count == count {
+            return Ok(None);
+        }
+        let is_apart = |point: u32| point != NOBODY && lattice.seat_of[point as usize] == NOBODY;
+        let on_edge = |cell: usize| {
+            let mut steps = lattice.stencil.iter();
+            steps.any(|step| is_apart(lattice.point_of[cell.wrapping_add_signed(step.cells)]))
+        };
+        // The cell of those that are of the edge.
+        let mut cells = workers.filled(NOBODY, count, PURPOSE)?;
+        let mut blocks = memory::filled(false, block_count(count), PURPOSE)?;
+        let outputs = (PerPoint(&mut cells[..], 1), PerBlock(&mut blocks[..]));
+        workers.sweep(count, outputs, |range, (cells, block)| {
+            for (value, point) in cells.0.iter_mut().zip(range) {
+                let seat = lattice.seat_of[point];
+                if seat == NOBODY {
+                    block.0[0] = true;
+                    continue;
+                }
+                let cell = lattice.cell(seat as usize);
+                if on_edge(cell) {
+                    (*value, block.0[0]) = (cell as u32, true);
+                }
+            }
+        });
+        let place = |(number, other): (usize, u32)| (number as u32, other);
+        let edge = cells.iter().copied().enumerate().map(place).filter(|(_, cell)| *cell != NOBODY);
+        let edge = edge.map(|(point, cell)| Place { point, cell });
+        let beyond = lattice.point_of.iter().copied().enumerate().map(place);
+        let beyond = beyond.filter(|(_, point)| is_apart(*point));
+        let beyond = beyond.map(|(cell, point)| Place { point, cell });
+        Ok(Some(Self { beyond: listed(beyond)?, edge: listed(edge)?, blocks }))
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        memory::bytes(&self.beyond) + memory::bytes(&self.edge) + memory::bytes(&self.blocks)
+    }
+
+    /// Records of points without a seat and of those that they have bonds with, from the front of the scratch, and the rest
+    /// of it.
+    pub(super) fn record<'a, const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        scratch: &'a mut [f64],
+    ) -> (&'a [Record], &'a mut [f64]) {
+        in_lanes::record_some::<D>(scene, scratch, |first| self.blocks[first / BLOCK])
+    }
+
+    /// Points on crossings without a seat.
+    pub(super) fn beyond(&self) -> &[Place] {
+        &self.beyond
+    }
+
+    /// Members of a range of points that those without a seat may have bonds with.
+    pub(super) fn edge(&self, points: &Range<usize>) -> &[Place] {
+        let before = |end: usize| self.edge.partition_point(|place| (place.point as usize) < end);
+        &self.edge[before(points.start)..before(points.end)]
+    }
+}
+
+fn listed(places: impl Iterator<Item = Place> + Clone) -> Result<Vec<Place>> {
+    let mut list = memory::reserved(places.clone().count(), PURPOSE)?;
+    list.extend(places);
+    Ok(list)
+}
