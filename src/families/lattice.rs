@@ -40,8 +40,10 @@ pub(crate) struct Step {
 pub(crate) enum LatticeUse {
     None,
     /// They run on it where all of the body is one, and compute groups that stand side by side in neighbouring rows together.
+    Whole,
+    /// They do on any part of the body that is one.
     Pairs,
-    /// They run on any part of the body that is one.
+    /// They run on any part, group by group.
     Parts,
 }
 

@@ -337,7 +337,7 @@ impl Passes for Baqp {
     }
 
     fn use_of_a_lattice(&self) -> LatticeUse {
-        if self.fits_lattice() { LatticeUse::Pairs } else { LatticeUse::None }
+        if self.fits_lattice() { LatticeUse::Whole } else { LatticeUse::None }
     }
 
     fn room_of_lanes(&self, points: usize, _: usize, dimension: usize) -> usize {

@@ -15,6 +15,7 @@ use super::kept_rows::KeptRows;
 use super::lattice_rows::LatticeRows;
 use super::laws::{Laws, Sites};
 use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
+use super::seam::Seam;
 use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::error::Result;
@@ -93,8 +94,10 @@ pub(super) struct Correspondence {
     pub(super) order: usize,
     pub(super) strong: bool,
     pub(super) kept: KeptRows,
-    /// What sweeps over a lattice hold, where the body is one.
+    /// What sweeps over a lattice hold, where the body has one.
     lattice: Option<LatticeRows>,
+    /// Where the lattice ends, if it does.
+    pub(super) seam: Option<Seam>,
 }
 
 /// Without a penalty.
@@ -124,6 +127,7 @@ fn prepare(
         strong: stabilisation == Stabilisation::None && first.is_strong(),
         kept: KeptRows::default(),
         lattice: None,
+        seam: None,
     };
     Ok(Box::new(StateBased::new(materials, correspondence)?))
 }
@@ -280,6 +284,7 @@ impl Passes for Correspondence {
         }
         if let Some(lattice) = &scene.families.lattice {
             self.lattice = Some(LatticeRows::new(scene, lattice, scene.dimension.pow(2))?);
+            self.seam = Seam::new(scene, lattice)?;
         }
         Ok(())
     }
@@ -319,8 +324,8 @@ impl Passes for Correspondence {
         if let (Some(lattice), Some(rows)) = (&sweep.scene.families.lattice, &self.lattice) {
             let on = (lattice, rows);
             return match D {
-                3 => self.forces_on_lattice::<3, 9>(on, sweep),
-                _ => self.forces_on_lattice::<2, 4>(on, sweep),
+                3 => self.forces_on_lattice::<3, 9, 16>(on, sweep),
+                _ => self.forces_on_lattice::<2, 4, 12>(on, sweep),
             };
         }
         if self.is_stabilised() {
@@ -445,7 +450,8 @@ impl Passes for Correspondence {
     }
 
     fn bytes(&self) -> usize {
-        let lattice = self.lattice.as_ref().map_or(0, LatticeRows::bytes);
+        let lattice = self.lattice.as_ref().map_or(0, LatticeRows::bytes)
+            + self.seam.as_ref().map_or(0, Seam::bytes);
         self.laws.bytes() + self.penalty.bytes() + self.kept.bytes() + lattice
     }
 }

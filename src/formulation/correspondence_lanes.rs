@@ -11,6 +11,7 @@ use super::kept_rows::{
 };
 use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
 use super::{Asked, EnergyPart, Scene, in_lanes};
+use crate::damage::Breaking;
 use crate::kernel::family::Record;
 use crate::kernel::gradient::UnseenSweep;
 use crate::material::{Answer, Deformation};
@@ -144,8 +145,8 @@ impl Correspondence {
         let (left, _) = in_lanes::table::<C>(rest, count);
         let sweep = Sweep::new(scene, omega, records).resting(resting, 1);
         let pulls = Pulls { correspondence: self, records, bad: AtomicUsize::new(usize::MAX) };
-        let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1));
         let kept = if self.laws.remember() {
+            let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1));
             let left = PerPoint(&mut *outputs.1.0, 1);
             let kept = self.asked_in_lanes::<D, SIZE, _>(
                 sweep,
@@ -176,24 +177,7 @@ impl Correspondence {
             });
             kept
         } else {
-            let kept = self.kept.sweep::<D, SIZE, _>(
-                self.order(),
-                sweep,
-                breaking,
-                outputs,
-                |_| true,
-                |point, kept, gradient, outputs| {
-                    let answer = self.laws.at(point).answer(&Deformation::whole(gradient));
-                    pulls.give_even::<D, SIZE, C, PENALTY>(point, &answer, gradient, kept, outputs);
-                },
-            );
-            let scene = &in_lanes::remaining(scene, breaking);
-            let body = &Body::new(scene, &self.weights);
-            let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1));
-            kept.odd::<D, SIZE, _>(scene, outputs, |point, kept, outputs| {
-                pulls.give_odd::<D, SIZE, C, PENALTY>(body, point, kept, outputs);
-            });
-            kept
+            self.elastic_pulls::<D, SIZE, C, PENALTY>(sweep, breaking, &pulls, (force, left))
         };
         // The point whose material has failed is to be named, and not one that it pulls on.
         let scene = &in_lanes::remaining(scene, breaking);
@@ -210,6 +194,47 @@ impl Correspondence {
             true => pull_with_penalty::<D, C>(sweep, left, force),
             false => pull::<D, C>(sweep, left, force),
         }
+    }
+
+    /// The first sweep for laws without memory: what points pull by themselves, and rows for others.
+    fn elastic_pulls<const D: usize, const SIZE: usize, const C: usize, const PENALTY: bool>(
+        &self,
+        sweep: Sweep<'_>,
+        breaking: &mut Option<Breaking<'_>>,
+        pulls: &Pulls<'_>,
+        (force, left): (&mut [f64], &mut [[f64; C]]),
+    ) -> Points<'_> {
+        let kept = self.kept.sweep::<D, SIZE, _>(
+            self.order(),
+            sweep,
+            breaking,
+            (PerPoint(&mut *force, D), PerPoint(&mut *left, 1)),
+            |_| true,
+            |point, kept, gradient, outputs| {
+                let answer = self.laws.at(point).answer(&Deformation::whole(gradient));
+                pulls.give_even::<D, SIZE, C, PENALTY>(point, &answer, gradient, kept, outputs);
+            },
+        );
+        let scene = &in_lanes::remaining(sweep.scene, breaking);
+        let body = &Body::new(scene, &self.weights);
+        let outputs = (PerPoint(force, D), PerPoint(left, 1));
+        kept.odd::<D, SIZE, _>(scene, outputs, |point, kept, outputs| {
+            pulls.give_odd::<D, SIZE, C, PENALTY>(body, point, kept, outputs);
+        });
+        kept
+    }
+
+    /// The same of points without a seat on the lattice that a body has. Gives the first whose material has failed.
+    pub(super) fn pulls_beyond<const D: usize, const C: usize>(
+        &self,
+        sweep: Sweep<'_>,
+        breaking: &mut Option<Breaking<'_>>,
+        outputs: (&mut [f64], &mut [[f64; C]]),
+    ) -> Option<usize> {
+        let (sweep, bad) = (Sweep { members: false, ..sweep }, AtomicUsize::new(usize::MAX));
+        let pulls = Pulls { correspondence: self, records: sweep.records, bad };
+        drop(self.elastic_pulls::<D, D, C, false>(sweep, breaking, &pulls, outputs));
+        in_lanes::first(pulls.bad)
     }
 
     /// Makes the records of laws, near broken bonds only if `near` says so, and puts gradients where they are wanted.

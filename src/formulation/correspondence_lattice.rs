@@ -1,11 +1,12 @@
-//! Correspondence on a body that is a lattice: gradients and pulls of eight points at once, laws asked between.
+//! Correspondence on the part of a body that is a lattice: gradients and pulls of eight points at once, laws asked between.
 
 use std::cell::Cell;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::Body;
 use super::correspondence::Correspondence;
-use super::lattice_rows::{Gradients, LatticeRows, Seat, pull};
+use super::kept_rows::{Sweep, pull};
+use super::lattice_rows::{self as on_lattice, Gradients, LatticeRows, Seat};
 use super::on_lattice::{Columns, OnLattice, Parts};
 use super::passes::ForceSweep;
 use super::{Scene, in_lanes};
@@ -22,13 +23,22 @@ impl Correspondence {
         !self.strong && elastic && self.order == 1 && self.weights.are_shared()
     }
 
-    pub(super) fn forces_on_lattice<const D: usize, const N: usize>(
+    /// `N` = `D` x `D`, `C` = 4 (`D` + 1).
+    pub(super) fn forces_on_lattice<const D: usize, const N: usize, const C: usize>(
         &self,
         (lattice, rows): (&Lattice, &LatticeRows),
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        let ForceSweep { scene, force, breaking, resting, .. } = sweep;
-        let omega = self.kept.omega(scene, &self.weights)?;
+        let ForceSweep { scene, room, force, breaking, resting } = sweep;
+        let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
+        let mut failed = None;
+        let mut beyond = self.seam.as_ref().map(|seam| {
+            let (records, rest) = seam.record::<D>(scene, room.tables);
+            let (left, _) = in_lanes::table::<C>(rest, count);
+            let sweep = Sweep::new(scene, omega, records).resting(resting, 1);
+            failed = self.pulls_beyond::<D, C>(sweep, breaking, (&mut *force, &mut *left));
+            (seam, sweep, left)
+        });
         let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref(), resting);
         let bad = AtomicUsize::new(usize::MAX);
         let noted = |point: usize, answer: Answer<D>| {
@@ -70,13 +80,33 @@ impl Correspondence {
                     seat.pull(&tensor, &[0.0; D]);
                 });
             }
-            let Parts { groups, masks, forces, left, .. } = parts;
-            pull((&on, scene), groups, (forces, masks), left);
+            let Parts { groups, masks, forces, mut left, .. } = parts;
+            if let Some((seam, sweep, rows)) = &mut beyond {
+                // Tensors of cells are times the volume of a point and the square of the unit.
+                let square = unit * unit;
+                let place = |number: usize| 4 + 4 * (number % D) + number / D;
+                let to_cell = |row: &[f64; C]| std::array::from_fn(|k| square * row[place(k)]);
+                let to_row = |point: usize, tensor: [f64; N]| {
+                    let mut row = [0.0; C];
+                    row[..3].copy_from_slice(&sweep.records[point][..3]);
+                    for (number, value) in tensor.iter().enumerate() {
+                        row[place(number)] = value / square;
+                    }
+                    row
+                };
+                seam.exchange(scene, &mut left, rows, to_cell, to_row);
+            }
+            on_lattice::pull((&on, scene), groups, (forces, masks), left);
             unit.recip()
         };
         let influence = |length: f64| omega.at(length);
         let found = on.sweep(scene, influence, first, second, force, breaking);
         // The point whose material has failed is to be named, and not one that it pulls on.
-        in_lanes::first(bad).or_else(|| (found != usize::MAX).then_some(found))
+        let failed = in_lanes::first(bad).into_iter().chain(failed).min();
+        let found = (found != usize::MAX).then_some(found);
+        let Some((_, sweep, left)) = beyond else { return failed.or(found) };
+        let sweep = Sweep { scene: &in_lanes::remaining(scene, breaking), ..sweep };
+        let other = pull::<D, C>(sweep, left, force);
+        failed.or_else(|| found.into_iter().chain(other).min())
     }
 }

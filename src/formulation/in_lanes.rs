@@ -112,7 +112,7 @@ pub(super) fn sweep<O: Outputs>(
     outputs: O,
     leaf: impl Fn(Family<'_>, Range<usize>, O) + Sync,
 ) {
-    sweep_parts(scene, family, outputs, true, &leaf);
+    sweep_some(scene, family, outputs, true, leaf);
 }
 
 /// The same of the points that have lists of their bonds, those that are no members of a lattice.
@@ -122,21 +122,22 @@ pub(super) fn sweep_listed<O: Outputs>(
     outputs: O,
     leaf: impl Fn(Family<'_>, Range<usize>, O) + Sync,
 ) {
-    sweep_parts(scene, family, outputs, false, &leaf);
+    sweep_some(scene, family, outputs, false, leaf);
 }
 
-fn sweep_parts<O: Outputs>(
+/// One or the other.
+pub(super) fn sweep_some<O: Outputs>(
     scene: &Scene<'_>,
     family: Family<'_>,
     outputs: O,
     members: bool,
-    leaf: Part<'_, O>,
+    leaf: impl Fn(Family<'_>, Range<usize>, O) + Sync,
 ) {
     scene.workers.sweep(scene.places.len(), outputs, |range, outputs| {
         if family.is_whole() {
             leaf(family, range, outputs);
         } else {
-            by_runs(family, range, outputs, members, leaf);
+            by_runs(family, range, outputs, members, &leaf);
         }
     });
 }

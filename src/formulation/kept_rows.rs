@@ -85,6 +85,8 @@ pub(super) struct Sweep<'a> {
     /// What sweeps for forces leave out, and how many come after that of the gradients.
     pub(super) resting: Resting<'a>,
     pub(super) after: u8,
+    /// Whether members of a lattice are swept, too.
+    pub(super) members: bool,
 }
 
 impl KeptRows {
@@ -131,7 +133,7 @@ impl KeptRows {
     ) -> Points<'a> {
         let mut guard = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         let Store { numbers, masks: kept_masks } = &mut *guard;
-        let Sweep { scene, omega, resting, after, .. } = sweep;
+        let Sweep { scene, omega, resting, after, members, .. } = sweep;
         let (horizon, each) = (omega.horizon, kept_width(D, SIZE));
         let family = sweep.family();
         let keep = |moments: &Moments, kept: &mut [f64]| {
@@ -142,10 +144,11 @@ impl KeptRows {
         let offsets = &scene.families.offsets;
         let kept_masks = Ragged { values: kept_masks, offsets, width: 1 };
         let kept = (PerPoint(&mut numbers[..], each), kept_masks);
-        in_lanes::sweep(
+        in_lanes::sweep_some(
             scene,
             family,
             (outputs, masks, kept),
+            members,
             |family, range, (outputs, masks, (numbers, kept_masks))| {
                 let breaking = masks.zip(how).map(|(masks, how)| how.here(range.start, masks));
                 if resting.block(range.start, after) {
@@ -171,7 +174,7 @@ impl KeptRows {
                 }
             },
         );
-        Points { guard, any_odd: any_odd.into_inner() }
+        Points { guard, any_odd: any_odd.into_inner(), members }
     }
 }
 
@@ -179,6 +182,8 @@ impl KeptRows {
 pub(super) struct Points<'a> {
     guard: MutexGuard<'a, Store>,
     any_odd: bool,
+    /// Of members of a lattice, too.
+    members: bool,
 }
 
 impl Points<'_> {
@@ -201,7 +206,8 @@ impl Points<'_> {
             let mut outputs = PointByPoint::new(outputs, range.start);
             for point in range {
                 let kept = self.at(point);
-                if !kept.spans() {
+                let swept = self.members || scene.families.is_listed(point);
+                if swept && !kept.spans() {
                     outputs.give(point, |own| finish(point, kept, own));
                 }
             }
@@ -286,7 +292,7 @@ pub(super) fn pull<const D: usize, const C: usize>(
 ) -> Option<usize> {
     let (family, horizon) = (sweep.family(), sweep.omega.horizon);
     let table = Table::new(&family, left);
-    sweep.gather::<D>(force, |range, force| {
+    sweep.gather::<D>(force, |family, range, force| {
         sweep.scene.simd.run(GradientPull::<D, C> { family, table, horizon, range, force })
     })
 }
@@ -299,7 +305,7 @@ pub(super) fn pull_with_penalty<const D: usize, const C: usize>(
 ) -> Option<usize> {
     let family = sweep.family();
     let table = Table::new(&family, left);
-    sweep.gather::<D>(force, |range, force| {
+    sweep.gather::<D>(force, |family, range, force| {
         sweep.scene.simd.run(PenaltyPull::<D, C> { family, table, range, force })
     })
 }
@@ -314,14 +320,14 @@ pub(super) fn collocate<const D: usize, const SIZE: usize, const C: usize>(
 ) -> Option<usize> {
     let (family, horizon) = (sweep.family(), sweep.omega.horizon);
     let (table, operators) = (Table::new(&family, rows), &operators);
-    sweep.gather::<D>(force, |range, force| {
+    sweep.gather::<D>(force, |family, range, force| {
         sweep.scene.simd.run(Collocation { family, table, first, horizon, operators, range, force })
     })
 }
 
 impl<'a> Sweep<'a> {
     pub(super) fn new(scene: &'a Scene<'a>, omega: Omega<'a>, records: &'a [Record]) -> Self {
-        Self { scene, omega, records, resting: Resting::NEVER, after: 0 }
+        Self { scene, omega, records, resting: Resting::NEVER, after: 0, members: true }
     }
 
     /// That leaves out what rests, with so many sweeps after that of the gradients.
@@ -333,18 +339,19 @@ impl<'a> Sweep<'a> {
         in_lanes::family(self.scene, self.records, self.omega)
     }
 
-    /// Gives the first point that a part of a sweep over forces has found.
+    /// Gives the first point that a part of a sweep over forces has found, of points that are no members of a lattice.
     fn gather<const D: usize>(
         &self,
         force: &mut [f64],
-        part: impl Fn(Range<usize>, &mut [f64]) -> Option<usize> + Sync,
+        part: impl Fn(Family<'_>, Range<usize>, &mut [f64]) -> Option<usize> + Sync,
     ) -> Option<usize> {
         let bad = AtomicUsize::new(usize::MAX);
-        self.scene.workers.sweep(self.scene.places.len(), PerPoint(force, D), |range, force| {
+        let (scene, force) = (self.scene, PerPoint(force, D));
+        in_lanes::sweep_listed(scene, self.family(), force, |family, range, force| {
             if self.resting.block(range.start, 0) {
                 return force.0.fill(0.0);
             }
-            if let Some(point) = part(range, force.0) {
+            if let Some(point) = part(family, range, force.0) {
                 bad.fetch_min(point, Ordering::Relaxed);
             }
         });

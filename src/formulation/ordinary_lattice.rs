@@ -56,8 +56,16 @@ impl Lps {
         };
         let second = |parts: Parts<'_, D, 2>, _: &Scene<'_>| {
             let Parts { groups, seats, unit, masks, forces, mut left, .. } = parts;
-            if let Some(beyond) = &mut beyond {
-                beyond.exchange(scene, unit, &mut left);
+            if let Some(Beyond { seam, records, left: rows }) = &mut beyond {
+                // Numbers of cells are times the volume of a point and the square of the unit.
+                let square = unit * unit;
+                let to_cell = |row: &Record| [row[3], row[7]].map(|number| square * number);
+                let to_row = |point: usize, numbers: [f64; 2]| {
+                    let mut row = records[point];
+                    [row[3], row[7]] = numbers.map(|number| number / square);
+                    row
+                };
+                seam.exchange(scene, &mut left, rows, to_cell, to_row);
             }
             let left = left.values.map(|column| &*column);
             on.pull(scene, seats, (forces, masks), |range, force, masks| {
@@ -81,28 +89,4 @@ struct Beyond<'a> {
     records: &'a [Record],
     /// Records with a V and b V.
     left: &'a mut [Record],
-}
-
-impl Beyond<'_> {
-    /// Gives a and b of points without a seat to their cells, and those of members to their records. Those of cells are times the
-    /// volume of a point and the square of the unit.
-    fn exchange(&mut self, scene: &Scene<'_>, unit: f64, cells: &mut Columns<'_, 2>) {
-        let Self { seam, records, left } = self;
-        let square = unit * unit;
-        for place in seam.beyond() {
-            let own = &left[place.point as usize];
-            for (column, number) in cells.values.iter_mut().zip([own[3], own[7]]) {
-                column[place.cell as usize] = square * number;
-            }
-        }
-        let [a, b] = cells.values.each_ref().map(|column| &**column);
-        scene.workers.sweep(records.len(), PerPoint(&mut **left, 1), |range, left| {
-            for place in seam.edge(&range) {
-                let (point, cell) = (place.point as usize, place.cell as usize);
-                let own = &mut left.0[point - range.start];
-                *own = records[point];
-                (own[3], own[7]) = (a[cell] / square, b[cell] / square);
-            }
-        });
-    }
 }

@@ -1,8 +1,7 @@
 //! The seam of a body that is part lattice and part cloud: what a first sweep leaves at points of one side goes to the other side
 //! before the second reads it.
 
-use std::ops::Range;
-
+use super::on_lattice::Columns;
 use super::{Scene, in_lanes};
 use crate::error::Result;
 use crate::families::lattice::{Lattice, NOBODY};
@@ -14,9 +13,9 @@ const PURPOSE: &str = "lattices";
 
 /// A point, and its cell of the lattice.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
-    pub(super) point: u32,
-    pub(super) cell: u32,
+struct Place {
+    point: u32,
+    cell: u32,
 }
 
 /// Points near the other side.
@@ -81,16 +80,33 @@ impl Seam {
     ) -> (&'a [Record], &'a mut [f64]) {
         in_lanes::record_some::<D>(scene, scratch, |first| self.blocks[first / BLOCK])
     }
+}
 
-    /// Points on crossings without a seat.
-    pub(super) fn beyond(&self) -> &[Place] {
-        &self.beyond
-    }
-
-    /// Members of a range of points that those without a seat may have bonds with.
-    pub(super) fn edge(&self, points: &Range<usize>) -> &[Place] {
-        let before = |end: usize| self.edge.partition_point(|place| (place.point as usize) < end);
-        &self.edge[before(points.start)..before(points.end)]
+impl Seam {
+    /// Gives what a first sweep has left in rows of points without a seat to their cells, and what it has left in cells of members to
+    /// their rows.
+    pub(super) fn exchange<const N: usize, const C: usize>(
+        &self,
+        scene: &Scene<'_>,
+        cells: &mut Columns<'_, N>,
+        rows: &mut [[f64; C]],
+        to_cell: impl Fn(&[f64; C]) -> [f64; N],
+        to_row: impl Fn(usize, [f64; N]) -> [f64; C] + Sync,
+    ) {
+        for place in &self.beyond {
+            let numbers = to_cell(&rows[place.point as usize]);
+            for (column, number) in cells.values.iter_mut().zip(numbers) {
+                column[place.cell as usize] = number;
+            }
+        }
+        let columns = cells.values.each_ref().map(|column| &**column);
+        scene.workers.sweep(rows.len(), PerPoint(rows, 1), |range, rows| {
+            let before = |end: usize| self.edge.partition_point(|own| (own.point as usize) < end);
+            for place in &self.edge[before(range.start)..before(range.end)] {
+                let (point, cell) = (place.point as usize, place.cell as usize);
+                rows.0[point - range.start] = to_row(point, columns.map(|column| column[cell]));
+            }
+        });
     }
 }
 

@@ -89,7 +89,7 @@ fn lanes_are_named_by_the_bonds_of_lists() {
     let places = block([21, 13, 11], [0.1; 3]);
     let listed = found(&places, 0.3015, LatticeUse::None);
     let part = [&places[..], &[[0.55, 0.55, 3.0, 2.0]]].concat();
-    for lattice_use in [LatticeUse::Parts, LatticeUse::Pairs] {
+    for lattice_use in [LatticeUse::Parts, LatticeUse::Pairs, LatticeUse::Whole] {
         let families = found(&places, 0.3015, lattice_use);
         assert!(families.lattice.is_some() && families.neighbors.is_empty());
         for point in 0..places.len() {
@@ -112,7 +112,7 @@ fn lanes_are_named_by_the_bonds_of_lists() {
         }
         check(&places, &listed, &families);
     }
-    assert!(found(&part, 0.3015, LatticeUse::Pairs).lattice.is_none());
+    assert!(found(&part, 0.3015, LatticeUse::Whole).lattice.is_none());
 }
 
 #[test]
