@@ -39,12 +39,10 @@ pub(crate) struct Step {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LatticeUse {
     None,
-    /// They run on it where all of the body is one, and compute groups that stand side by side in neighbouring rows together.
-    Whole,
-    /// They do on any part of the body that is one.
+    /// They run on any part of the body that is one, group by group.
+    Groups,
+    /// The same, and groups that stand side by side in neighbouring rows are computed together.
     Pairs,
-    /// They run on any part, group by group.
-    Parts,
 }
 
 /// The lattice of a body.

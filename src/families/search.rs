@@ -47,11 +47,9 @@ pub(crate) fn find(wanted: Wanted<'_>) -> Result<Families> {
     let count = places.len();
     let new = || Search::new(workers, simd, dimension, &places, &farthest_of, &reach);
     let (mut search, mut lattice) = (None, None);
-    let whole_only = lattice_use == LatticeUse::Whole;
     if let (true, None, Property::Uniform(radius)) =
         (lattice_use != LatticeUse::None, &reach.rim, &reach.radii)
         && let Some(crossings) = Crossings::find(workers, &places, *radius, farthest)?
-        && !(whole_only && crossings.of.contains(&None))
     {
         let mut whole = memory::collected(crossings.of.iter().map(Option::is_some), PURPOSE)?;
         if whole.contains(&false) {
@@ -59,7 +57,7 @@ pub(crate) fn find(wanted: Wanted<'_>) -> Result<Families> {
             search.left_out = memory::copied(&whole, PURPOSE)?;
             search.clear_neighbors(workers, &mut whole)?;
         }
-        let pairs = lattice_use != LatticeUse::Parts;
+        let pairs = lattice_use == LatticeUse::Pairs;
         lattice = Lattice::of(&crossings, &whole, *radius, pairs)?
             .filter(|lattice| lattice.row() <= MOST_LANES);
         if let (Some(search), Some(_)) = (&mut search, &lattice) {

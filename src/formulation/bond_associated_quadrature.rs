@@ -21,6 +21,7 @@ use super::kept_rows::KeptRows;
 use super::lattice_rows::LatticeRows;
 use super::laws::{Laws, Sites};
 use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
+use super::seam::Seam;
 use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::error::Result;
@@ -74,8 +75,10 @@ pub(super) struct Baqp {
     pub(super) laws: Laws,
     pub(super) order: usize,
     pub(super) kept: KeptRows,
-    /// What sweeps over a lattice hold, where the body is one.
+    /// What sweeps over a lattice hold, where the body has one.
     lattice: Option<LatticeRows>,
+    /// Where the lattice ends, if it does.
+    pub(super) seam: Option<Seam>,
     /// xi/L^2 of its steps.
     pub(super) along: Vec<[f64; 3]>,
 }
@@ -87,6 +90,7 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         order: materials.models[0].gradient_order(),
         kept: KeptRows::default(),
         lattice: None,
+        seam: None,
         along: Vec::new(),
     };
     Ok(Box::new(StateBased::new(materials, baqp)?))
@@ -332,12 +336,13 @@ impl Passes for Baqp {
             let left = columns(scene.dimension);
             self.lattice = Some(LatticeRows::new(scene, lattice, left)?);
             self.along = along(lattice)?;
+            self.seam = Seam::new(scene, lattice)?;
         }
         Ok(())
     }
 
     fn use_of_a_lattice(&self) -> LatticeUse {
-        if self.fits_lattice() { LatticeUse::Whole } else { LatticeUse::None }
+        if self.fits_lattice() { LatticeUse::Pairs } else { LatticeUse::None }
     }
 
     fn room_of_lanes(&self, points: usize, _: usize, dimension: usize) -> usize {
@@ -368,8 +373,8 @@ impl Passes for Baqp {
         if let (Some(lattice), Some(rows)) = (&sweep.scene.families.lattice, &self.lattice) {
             let on = (lattice, rows);
             return match D {
-                3 => self.forces_on_lattice::<3, { columns(3) }, 10, 9>(on, sweep),
-                _ => self.forces_on_lattice::<2, { columns(2) }, 5, 4>(on, sweep),
+                3 => self.forces_on_lattice::<3, { columns(3) }, 10, 9, 16>(on, sweep),
+                _ => self.forces_on_lattice::<2, { columns(2) }, 5, 4, 12>(on, sweep),
             };
         }
         self.swept_forces::<D, SIZE, C>(sweep)
@@ -496,7 +501,8 @@ impl Passes for Baqp {
     }
 
     fn bytes(&self) -> usize {
-        let lattice = self.lattice.as_ref().map_or(0, LatticeRows::bytes);
+        let lattice = self.lattice.as_ref().map_or(0, LatticeRows::bytes)
+            + self.seam.as_ref().map_or(0, Seam::bytes);
         self.laws.bytes() + self.kept.bytes() + lattice + memory::bytes(&self.along)
     }
 }

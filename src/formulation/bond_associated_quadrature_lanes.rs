@@ -19,7 +19,7 @@ use crate::damage::Breaking;
 use crate::families::LANES;
 use crate::kernel::family::{Record, Table};
 use crate::kernel::quadrature::{
-    BondByBond, BondLaw, BondMeans, BondStresses, Middles, odd_place, weight_place,
+    BondByBond, BondLaw, BondMeans, BondStresses, Middles, Stress, odd_place, weight_place,
 };
 use crate::material::{Across, Answer, Deformation};
 use crate::tensor::{self, Tensor, Vector, identity, zero};
@@ -38,6 +38,22 @@ fn gradient_row<const D: usize, const SIZE: usize>(
     row[weight_place(D)] = kept.inverse_weight();
     row[odd_place(D)] = odd;
     row
+}
+
+/// The row of a point with these halves, of its gradient and of 1/sum w V, which is none where its family does not span the body.
+pub(super) fn row_of_halves<const D: usize>(halves: &[f64]) -> [f64; GRADIENT] {
+    let (gradient, weight) = halves.split_at(D * D);
+    let mut row = [0.0; GRADIENT];
+    row.iter_mut().zip(gradient).for_each(|(value, half)| *value = 2.0 * half);
+    row[weight_place(D)] = 2.0 * weight[0];
+    row[odd_place(D)] = f64::from(u8::from(weight[0].is_nan()));
+    row
+}
+
+/// The halves of a row.
+pub(super) fn halves_of_row<const D: usize, const A: usize>(row: &[f64; GRADIENT]) -> [f64; A] {
+    let weight = if row[odd_place(D)] == 0.0 { row[weight_place(D)] } else { f64::NAN };
+    std::array::from_fn(|k| 0.5 * if k < D * D { row[k] } else { weight })
 }
 
 /// What the first pass would leave of a point whose family spans the body, from 1/sum w V, its gradient and its rows.
@@ -71,7 +87,9 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
     /// What the first pass would leave of a point.
     fn left(&self, point: usize) -> [f64; MOST_LEFT] {
         let kept: Point<'_, D, SIZE> = self.kept.at(point);
-        if !kept.spans() {
+        let swept = self.middles.family.is_whole() || self.body.scene.families.is_listed(point);
+        if !(swept && kept.spans()) {
+            // Of members of a lattice other sweeps keep the rows.
             return self.baqp.prepared(&self.body, point);
         }
         let gradient = &self.gradients[point][..D * D];
@@ -132,9 +150,9 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
         force: &mut [f64],
         left: &mut [[f64; C]],
     ) {
-        let scene = self.body.scene;
+        let (scene, Middles { family, table }) = (self.body.scene, self.middles);
         let outputs = (PerPoint(force, D), PerPoint(left, 1));
-        scene.workers.sweep(scene.places.len(), outputs, |range, (force, left)| {
+        in_lanes::sweep_listed(scene, family, outputs, |family, range, (force, left)| {
             if self.resting.block(range.start, 1) {
                 return;
             }
@@ -151,7 +169,7 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
                 };
                 forces[at] = own;
             };
-            let (middles, wanted) = (self.middles, |_| true);
+            let (middles, wanted) = (Middles { family, table }, |_| true);
             scene.simd.run(BondStresses { middles, law, range, wanted, finish });
         });
     }
@@ -242,8 +260,21 @@ impl Baqp {
         numbers
     }
 
+    /// The second sweep of points without a seat on the lattice that a body has, for Saint Venant-Kirchhoff's law.
+    pub(super) fn stresses_beyond<const D: usize, const C: usize>(
+        &self,
+        sweep: Sweep<'_>,
+        gradients: &[[f64; GRADIENT]],
+        kept: &Points<'_>,
+        law: Stress,
+        (force, left): (&mut [f64], &mut [[f64; C]]),
+    ) {
+        let then = |swept: &Swept<'_, D, D>| swept.forces(law, force, left);
+        self.with_answers(sweep, gradients, kept, (&mut [], false), |_| true, then);
+    }
+
     /// Gradients of the points that are wanted.
-    fn swept_gradients<const D: usize, const SIZE: usize>(
+    pub(super) fn swept_gradients<const D: usize, const SIZE: usize>(
         &self,
         sweep: Sweep<'_>,
         gradients: &mut [[f64; GRADIENT]],

@@ -1,4 +1,4 @@
-//! Bond-associated quadrature points on a body that is a lattice: gradients, middles of bonds and pulls of eight points at
+//! Bond-associated quadrature points on the part of a body that is a lattice: gradients, middles of bonds and pulls of eight points at
 //! once.
 //!
 //! Points whose families do not span the body leave no number for 1/sum w: sums over bonds with such an end are none
@@ -7,18 +7,19 @@
 use std::cell::Cell;
 use std::ops::Range;
 
-use super::Scene;
 use super::body::Body;
 use super::bond_associated_quadrature::{Baqp, before_rows};
-use super::bond_associated_quadrature_lanes::left_of;
+use super::bond_associated_quadrature_lanes::{GRADIENT, halves_of_row, left_of, row_of_halves};
 use super::correspondence::gradient_at;
-use super::kept_rows::Order;
-use super::lattice_rows::{Gradients, LatticeRows, Seat, pull};
+use super::kept_rows::{Order, Points, Sweep, pull};
+use super::lattice_rows::{self as on_lattice, Gradients, LatticeRows, Seat};
 use super::on_lattice::{Columns, OnLattice, Parts, by_state, unit_of};
 use super::passes::ForceSweep;
+use super::seam::Seam;
+use super::{Scene, in_lanes};
 use crate::error::Result;
 use crate::families::LANES;
-use crate::families::lattice::{Lattice, Step};
+use crate::families::lattice::{Lattice, NOBODY, Step};
 use crate::kernel::lattice::{BondStressSweep, Halves};
 use crate::memory;
 use crate::tensor::{Tensor, dot, product, read, scaled};
@@ -31,6 +32,15 @@ pub(super) const fn columns(dimension: usize) -> usize {
 
 /// Forces, tensors and masks.
 type Outputs<'a, const N: usize> = (PerPoint<'a, f64>, Columns<'a, N>, PerPoint<'a, u8>);
+
+/// The points that have no seat, and what the sweeps leave of them.
+struct Beyond<'a, const C: usize> {
+    seam: &'a Seam,
+    sweep: Sweep<'a>,
+    gradients: &'a mut [[f64; GRADIENT]],
+    kept: Points<'a>,
+    left: &'a mut [[f64; C]],
+}
 
 /// xi/L^2 of the steps of a lattice, in its unit.
 pub(super) fn along(lattice: &Lattice) -> Result<Vec<[f64; 3]>> {
@@ -49,19 +59,30 @@ impl Baqp {
         self.order == 1 && self.weights.are_shared() && self.stress(3).is_some()
     }
 
-    /// `A` = `D` x `D` + 1, `N` = `D` x `D`, `M`: both.
+    /// `A` = `D` x `D` + 1, `N` = `D` x `D`, `M`: both; `C` = 4 (`D` + 1).
     pub(super) fn forces_on_lattice<
         const D: usize,
         const M: usize,
         const A: usize,
         const N: usize,
+        const C: usize,
     >(
         &self,
         (lattice, rows): (&Lattice, &LatticeRows),
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        let ForceSweep { scene, force, breaking, resting, .. } = sweep;
+        let ForceSweep { scene, room, force, breaking, resting } = sweep;
         let (omega, law) = (self.kept.omega(scene, &self.weights)?, self.stress(D)?);
+        let mut beyond = self.seam.as_ref().map(|seam| {
+            let count = scene.places.len();
+            let (records, rest) = seam.record::<D>(scene, room.tables);
+            let (gradients, rest) = in_lanes::table(rest, count);
+            let (left, _) = in_lanes::table::<C>(rest, count);
+            let sweep = Sweep { members: false, ..Sweep::new(scene, omega, records) };
+            let sweep = sweep.resting(resting, 2);
+            let kept = self.swept_gradients::<D, D>(sweep, gradients, breaking, |_| true);
+            Beyond { seam, sweep, gradients, kept, left }
+        });
         let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref(), resting);
         let order = Order { order: self.order, looks_twice: true };
         let any_odd = Cell::new(false);
@@ -71,7 +92,7 @@ impl Baqp {
             };
             any_odd.set(rows.sweep(&on, scene, (order, omega.horizon), parts, 2, take));
         };
-        let second = |parts: Parts<'_, D, M>, scene: &Scene<'_>| {
+        let second = |parts: Parts<'_, D, M>, scene: &Scene<'_>, force: &mut [f64]| {
             let Parts { groups, seats, unit, mut masks, mut forces, left, .. } = parts;
             let (mut halves, mut tensors) = left.parted::<A, N>();
             let (kept, body) = (rows.kept(), &Body::<D>::new(scene, &self.weights));
@@ -82,6 +103,19 @@ impl Baqp {
                         self.leave_halves(body, seat);
                     }
                 });
+            }
+            if let Some(Beyond { seam, gradients, .. }) = &mut beyond {
+                // Lattices have a volume of 1.
+                let to_cell = |row: &[f64; GRADIENT]| {
+                    let mut halves = halves_of_row::<D, A>(row);
+                    halves[D * D] *= lattice.volume;
+                    halves
+                };
+                let to_row = |_: usize, mut halves: [f64; A]| {
+                    halves[D * D] /= lattice.volume;
+                    row_of_halves::<D>(&halves)
+                };
+                seam.exchange(scene, &mut halves, gradients, to_cell, to_row);
             }
             let halves = halves.values.map(|column| &*column);
             let outputs = (forces.again(), tensors.again(), masks.again());
@@ -109,7 +143,11 @@ impl Baqp {
                 // sum w xi xi^T of the lattice, with lengths in its unit and a volume of 1, over that of the body.
                 let less = lattice.volume * unit * unit;
                 let left = |point: usize| {
-                    let seat = lattice.seat_of[point] as usize;
+                    let seat = lattice.seat_of[point];
+                    if seat == NOBODY {
+                        return self.prepared(body, point);
+                    }
+                    let seat = seat as usize;
                     let (kept, cell) = (kept.at::<D>(seat), lattice.cell(seat));
                     if !kept.spans {
                         return self.prepared(body, point);
@@ -130,12 +168,22 @@ impl Baqp {
                     seat.pull(&tensor, &straight.map(|along| along * unit));
                 });
             }
-            pull((&on, scene), groups, (forces, masks), tensors);
+            drop(kept);
+            if let Some(Beyond { seam, sweep, gradients, kept, left }) = &mut beyond {
+                let sweep = Sweep { scene, ..*sweep };
+                self.stresses_beyond::<D, C>(sweep, gradients, kept, law, (force, &mut *left));
+                seam.exchange_tensors::<D, N, C>(sweep, unit, &mut tensors, left);
+            }
+            on_lattice::pull((&on, scene), groups, (forces, masks), tensors);
             unit.recip()
         };
         let influence = |length: f64| omega.at(length);
         let found = on.sweep(scene, influence, first, second, force, breaking);
-        (found != usize::MAX).then_some(found)
+        let found = (found != usize::MAX).then_some(found);
+        let Some(Beyond { sweep, left, .. }) = beyond else { return found };
+        let sweep = Sweep { scene: &in_lanes::remaining(scene, breaking), ..sweep };
+        let other = pull::<D, C>(sweep, left, force);
+        found.into_iter().chain(other).min()
     }
 
     /// Of a seat whose gradient is made otherwise.

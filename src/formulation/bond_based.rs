@@ -241,7 +241,7 @@ impl Formulation for BondBased {
 
     fn use_of_a_lattice(&self) -> LatticeUse {
         let alike = matches!(self.bond_constants, Property::Uniform(_)) && self.breaks_alike;
-        if alike && self.surface.is_none() { LatticeUse::Parts } else { LatticeUse::None }
+        if alike && self.surface.is_none() { LatticeUse::Groups } else { LatticeUse::None }
     }
 
     fn know_limits(&mut self, any: bool, are_alike: bool) {

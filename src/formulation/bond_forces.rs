@@ -83,7 +83,9 @@ impl<L: BondLaw> BondForces<'_, L> {
                 by_state(range, outputs, |group| on.bonds(group), part);
             });
         };
-        let second = |_: Parts<'_, D, 0>, _: &Scene<'_>| self.law.factor() * on.lattice.volume;
+        let second = |_: Parts<'_, D, 0>, _: &Scene<'_>, _: &mut [f64]| {
+            self.law.factor() * on.lattice.volume
+        };
         on.sweep(scene, |_| 1.0, first, second, force, breaking)
     }
 

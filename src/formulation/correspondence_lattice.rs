@@ -63,7 +63,7 @@ impl Correspondence {
             let order = (self.order(), omega.horizon);
             any_odd.set(rows.sweep(&on, scene, order, parts, 1, take));
         };
-        let second = |mut parts: Parts<'_, D, N>, scene: &Scene<'_>| {
+        let second = |mut parts: Parts<'_, D, N>, scene: &Scene<'_>, _: &mut [f64]| {
             let unit = parts.unit;
             if any_odd.get() {
                 let body = &Body::<D>::new(scene, &self.weights);
@@ -82,19 +82,7 @@ impl Correspondence {
             }
             let Parts { groups, masks, forces, mut left, .. } = parts;
             if let Some((seam, sweep, rows)) = &mut beyond {
-                // Tensors of cells are times the volume of a point and the square of the unit.
-                let square = unit * unit;
-                let place = |number: usize| 4 + 4 * (number % D) + number / D;
-                let to_cell = |row: &[f64; C]| std::array::from_fn(|k| square * row[place(k)]);
-                let to_row = |point: usize, tensor: [f64; N]| {
-                    let mut row = [0.0; C];
-                    row[..3].copy_from_slice(&sweep.records[point][..3]);
-                    for (number, value) in tensor.iter().enumerate() {
-                        row[place(number)] = value / square;
-                    }
-                    row
-                };
-                seam.exchange(scene, &mut left, rows, to_cell, to_row);
+                seam.exchange_tensors::<D, N, C>(*sweep, unit, &mut left, rows);
             }
             on_lattice::pull((&on, scene), groups, (forces, masks), left);
             unit.recip()

@@ -260,14 +260,14 @@ impl<'a> OnLattice<'a> {
 
     /// Forces per volume on the points of the lattice: `first` breaks bonds, and may make what `second` needs, which
     /// completes the forces of seats in a scene of the bonds that are left, and gives what they are to be multiplied
-    /// with. `influence`: w of a length.
+    /// with; forces of other points are its to write. `influence`: w of a length.
     /// Gives the first point whose force is not finite, or a number beyond all points.
     pub(super) fn sweep<const D: usize, const N: usize>(
         &self,
         scene: &Scene<'_>,
         influence: impl Fn(f64) -> f64,
         first: impl FnOnce(&mut Parts<'_, D, N>),
-        second: impl FnOnce(Parts<'_, D, N>, &Scene<'_>) -> f64,
+        second: impl FnOnce(Parts<'_, D, N>, &Scene<'_>, &mut [f64]) -> f64,
         force: &mut [f64],
         breaking: &mut Option<Breaking<'_>>,
     ) -> usize {
@@ -313,7 +313,7 @@ impl<'a> OnLattice<'a> {
         }
         let left = in_lanes::remaining(scene, breaking);
         held.edition = Some(left.bonds.edition);
-        let factor = second(parts, &left);
+        let factor = second(parts, &left, force);
         self.hand_out::<D>(scene, &held.forces, factor, force)
     }
 

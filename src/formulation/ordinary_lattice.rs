@@ -54,7 +54,7 @@ impl Lps {
                 by_state(range, outputs, |group| on.rests(group, 1), part);
             });
         };
-        let second = |parts: Parts<'_, D, 2>, _: &Scene<'_>| {
+        let second = |parts: Parts<'_, D, 2>, _: &Scene<'_>, _: &mut [f64]| {
             let Parts { groups, seats, unit, masks, forces, mut left, .. } = parts;
             if let Some(Beyond { seam, records, left: rows }) = &mut beyond {
                 // Numbers of cells are times the volume of a point and the square of the unit.

@@ -164,7 +164,7 @@ impl Passes for Lps {
 
     fn use_of_a_lattice(&self) -> LatticeUse {
         let alike = self.moduli.only().is_some() && self.weights.are_shared();
-        if alike && self.surface.is_none() { LatticeUse::Parts } else { LatticeUse::None }
+        if alike && self.surface.is_none() { LatticeUse::Groups } else { LatticeUse::None }
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {

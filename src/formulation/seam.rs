@@ -1,6 +1,7 @@
 //! The seam of a body that is part lattice and part cloud: what a first sweep leaves at points of one side goes to the other side
 //! before the second reads it.
 
+use super::kept_rows::Sweep;
 use super::on_lattice::Columns;
 use super::{Scene, in_lanes};
 use crate::error::Result;
@@ -107,6 +108,29 @@ impl Seam {
                 rows.0[point - range.start] = to_row(point, columns.map(|column| column[cell]));
             }
         });
+    }
+
+    /// The same of tensors that gradients pull with, behind places in rows: those of cells are times the volume of a point and the
+    /// square of the unit.
+    pub(super) fn exchange_tensors<const D: usize, const N: usize, const C: usize>(
+        &self,
+        sweep: Sweep<'_>,
+        unit: f64,
+        cells: &mut Columns<'_, N>,
+        rows: &mut [[f64; C]],
+    ) {
+        let square = unit * unit;
+        let place = |number: usize| 4 + 4 * (number % D) + number / D;
+        let to_cell = |row: &[f64; C]| std::array::from_fn(|k| square * row[place(k)]);
+        let to_row = |point: usize, tensor: [f64; N]| {
+            let mut row = [0.0; C];
+            row[..3].copy_from_slice(&sweep.records[point][..3]);
+            for (number, value) in tensor.iter().enumerate() {
+                row[place(number)] = value / square;
+            }
+            row
+        };
+        self.exchange(sweep.scene, cells, rows, to_cell, to_row);
     }
 }
 

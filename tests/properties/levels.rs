@@ -142,13 +142,10 @@ fn simulation(points: &Points, formulation: &str, lattices: bool) -> Simulation 
     simulation
 }
 
-/// Formulations that run on lattices that are but a part of a body.
-const ON_PARTS: [&str; 3] = ["bond_based", "ordinary_state_based", "correspondence"];
-
 #[test]
 fn part_lattice_and_part_cloud_break_as_a_cloud_and_keep_their_momentum() {
     for (formulation, level) in
-        ON_PARTS.into_iter().flat_map(|f| levels().into_iter().map(move |l| (f, l)))
+        ON_LATTICES.into_iter().flat_map(|f| levels().into_iter().map(move |l| (f, l)))
     {
         part_lattice_and_part_cloud(formulation, level);
     }
@@ -196,14 +193,14 @@ fn part_lattice_and_part_cloud(formulation: &str, level: SimdLevel) {
 #[test]
 fn lattices_of_all_formulations_break_as_clouds() {
     let block = Points::block(3, &[0.0; 3], &[14.0, 11.0, 9.0], 1.0).unwrap();
-    break_as_clouds(&block, &ON_LATTICES);
+    break_as_clouds(&block);
     // In the corner.
-    break_as_clouds(&with_one_off(&block, 14 * (11 * 4 + 3) + 2), &ON_PARTS);
+    break_as_clouds(&with_one_off(&block, 14 * (11 * 4 + 3) + 2));
 }
 
-fn break_as_clouds(points: &Points, formulations: &[&str]) {
+fn break_as_clouds(points: &Points) {
     let velocity = Random(10).around_zero(3 * points.count(), 0.04);
-    for &formulation in formulations {
+    for formulation in ON_LATTICES {
         let run = |lattices: bool, level: SimdLevel, threads: usize| {
             let mut simulation = simulation(points, formulation, lattices);
             simulation.set_simd(level).unwrap();
@@ -274,15 +271,15 @@ fn what_the_host_breaks_is_lost_to_a_lattice_that_cannot_break() {
 #[test]
 fn the_point_that_is_named_does_not_depend_on_lattices() {
     let block = Points::block(3, &[0.0; 3], &[31e-3, 9e-3, 9e-3], 1e-3).unwrap();
-    named_points(&block, &ON_LATTICES);
+    named_points(&block);
     let mut coordinates = block.coordinates().to_vec();
     coordinates[3 * (31 * 9 * 4 + 31 * 4 + 15)] += 1e-4;
-    named_points(&Points::new(3, &coordinates, block.volumes()).unwrap(), &ON_PARTS);
+    named_points(&Points::new(3, &coordinates, block.volumes()).unwrap());
 }
 
-fn named_points(points: &Points, formulations: &[&str]) {
+fn named_points(points: &Points) {
     for (formulation, level) in
-        formulations.iter().flat_map(|&f| levels().into_iter().map(move |l| (f, l)))
+        ON_LATTICES.into_iter().flat_map(|f| levels().into_iter().map(move |l| (f, l)))
     {
         for odd in [30, 31 * 9 * 4 + 31 * 4 + 30, 31 * 9 * 4] {
             let named = [false, true].map(|lattices| {
@@ -303,8 +300,8 @@ fn named_points(points: &Points, formulations: &[&str]) {
 #[test]
 fn what_a_failed_step_has_broken_is_whole_again() {
     let block = Points::block(3, &[0.0; 3], &[14.0, 11.0, 9.0], 1.0).unwrap();
-    failed_steps(&block, &ON_LATTICES);
-    failed_steps(&with_one_off(&block, 14 * 11 * 4 + 9), &ON_PARTS);
+    failed_steps(&block);
+    failed_steps(&with_one_off(&block, 14 * 11 * 4 + 9));
 }
 
 /// The same points, of which one is off the grid.
@@ -314,7 +311,7 @@ fn with_one_off(block: &Points, odd: usize) -> Points {
     Points::new(3, &coordinates, block.volumes()).unwrap()
 }
 
-fn failed_steps(points: &Points, formulations: &[&str]) {
+fn failed_steps(points: &Points) {
     let torn = |start: f64| -> Vec<f64> {
         let places = points.coordinates().chunks(3);
         places.flat_map(|place| [start * (place[0] - 7.0).max(0.0), 0.0, 0.0]).collect()
@@ -322,7 +319,7 @@ fn failed_steps(points: &Points, formulations: &[&str]) {
     // One point flies out of the range of numbers while others tear their bonds.
     let mut beyond = torn(0.2);
     beyond[0] = f64::MAX;
-    for (&formulation, lattices) in formulations.iter().flat_map(|f| [(f, true), (f, false)]) {
+    for (formulation, lattices) in ON_LATTICES.into_iter().flat_map(|f| [(f, true), (f, false)]) {
         let [tried, straight] = [true, false].map(|tries| {
             let mut model = model(formulation, 3.015);
             model.set("critical_stretch", 0.01).unwrap();
@@ -429,15 +426,15 @@ fn groups_follow_integrities() {
     let kept = whole.enumerate().filter(|(number, _)| number % 11 != 3);
     let coordinates: Vec<f64> = kept.flat_map(|(_, place)| place.to_vec()).collect();
     let points = Points::new(3, &coordinates, &vec![1.0; coordinates.len() / 3]).unwrap();
-    follow_integrities(&points, &ON_LATTICES);
-    follow_integrities(&with_one_off(&points, 330), &ON_PARTS);
+    follow_integrities(&points);
+    follow_integrities(&with_one_off(&points, 330));
 }
 
-fn follow_integrities(points: &Points, formulations: &[&str]) {
+fn follow_integrities(points: &Points) {
     let velocity = Random(12).around_zero(3 * points.count(), 0.02);
     let near =
         |first: usize| -> Vec<[usize; 2]> { (first..first + 60).map(|i| [i, i + 1]).collect() };
-    for &formulation in formulations {
+    for formulation in ON_LATTICES {
         let [cloud, lattice] = [false, true].map(|lattices| {
             let mut simulation = simulation(points, formulation, lattices);
             simulation.set(Field::Velocity, &velocity).unwrap();
