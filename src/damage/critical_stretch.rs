@@ -66,6 +66,14 @@ impl BreakRule {
         }
     }
 
+    /// That of bonds between points of one model, by one of them; `None` where bonds have their own.
+    pub(crate) fn among(&self, point: usize) -> Option<f64> {
+        match &self.critical {
+            Critical::Ends(ends) => Some(ends.at(point)),
+            Critical::PerBond(_) => None,
+        }
+    }
+
     /// The critical stretch of a bond.
     #[inline(always)]
     pub(crate) fn threshold(&self, slot: usize, point: usize, neighbor: usize) -> f64 {

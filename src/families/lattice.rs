@@ -14,6 +14,7 @@ use super::search::largest_square;
 use super::{LANES, Place, squared_length};
 use crate::error::Result;
 use crate::memory;
+use crate::workers::{PerPoint, Workers};
 
 const PURPOSE: &str = "lattices";
 
@@ -68,6 +69,10 @@ pub(crate) struct Lattice {
     pub(crate) seat_of: Vec<u32>,
     /// Number of members.
     pub(crate) count: usize,
+    /// A member of each kind, where there are several: bonds of a member lead to points of its own kind alone.
+    pub(crate) samples: Vec<u32>,
+    /// Of each group, which of these its members are like; empty where there is one kind.
+    kinds: Vec<u16>,
     /// First cell of the first row.
     front: usize,
     /// Cells from a row to the next.
@@ -101,13 +106,13 @@ struct Numbering {
 }
 
 impl Numbering {
-    /// `reach`: how many crossings a stencil goes along each axis; `pairs`: whether groups of neighbouring rows stand side by
-    /// side.
-    fn new(first: [i32; 3], counts: [usize; 3], reach: [usize; 3], pairs: bool) -> Self {
+    /// `reach`: how many crossings a stencil goes along each axis; `gaps`: whether rows begin with groups, so that those of
+    /// neighbouring rows stand side by side.
+    fn new(first: [i32; 3], counts: [usize; 3], reach: [usize; 3], gaps: bool) -> Self {
         // Rows that fill whole groups best, or without gaps the longest.
         let worth = |axis: usize| {
             let count = counts[axis] as f64;
-            if pairs { count / counts[axis].next_multiple_of(LANES) as f64 } else { count }
+            if gaps { count / counts[axis].next_multiple_of(LANES) as f64 } else { count }
         };
         let mut axes = [0, 1, 2];
         for other in [1, 2] {
@@ -117,7 +122,7 @@ impl Numbering {
         }
         let (count, along) = (counts[axes[0]], reach[axes[0]]);
         // Without gaps, no two steps are to lead to the same cell; those into another row are longer than all others then.
-        let (row, overhang) = if !pairs && count > 2 * along {
+        let (row, overhang) = if !gaps && count > 2 * along {
             (count, along)
         } else {
             ((count + along).next_multiple_of(LANES), 0)
@@ -146,10 +151,13 @@ impl Numbering {
 
 impl Lattice {
     /// The lattice of the crossings of a body of sharp families of one radius, if it is worth it; `whole` tells of each
-    /// inner place whether all its neighbours are at crossings, too.
+    /// inner place whether all its neighbours are at crossings, too, and then whether it is a member. `kinds`: of each inner place,
+    /// where they are to be told apart.
     pub(super) fn of(
+        workers: &Workers,
         crossings: &Crossings,
-        whole: &[bool],
+        whole: &mut [bool],
+        kinds: Option<&[u16]>,
         radius: f64,
         pairs: bool,
     ) -> Result<Option<Self>> {
@@ -162,8 +170,7 @@ impl Lattice {
                 last[axis] = last[axis].max(numbers[axis]);
             }
         }
-        let members = whole.iter().filter(|&&whole| whole).count();
-        if members == 0 {
+        if !whole.contains(&true) {
             return Ok(None);
         }
         let counts = std::array::from_fn(|axis| (last[axis] - first[axis]) as usize + 1);
@@ -174,7 +181,8 @@ impl Lattice {
                 reach[axis] = reach[axis].max(vector[axis].unsigned_abs() as usize);
             }
         }
-        let numbering = Numbering::new(first, counts, reach, pairs);
+        // Or the end of a row would be in a group with the start of the next, of another kind.
+        let numbering = Numbering::new(first, counts, reach, pairs || kinds.is_some());
         if numbering.cells > count.saturating_mul(CELLS_PER_POINT).min(NOBODY as usize) {
             return Ok(None);
         }
@@ -204,37 +212,79 @@ impl Lattice {
             groups: Vec::new(),
             members: Vec::new(),
             seat_of: memory::filled(NOBODY, count, PURPOSE)?,
-            count: members,
+            count: 0,
+            samples: Vec::new(),
+            kinds: Vec::new(),
             front: numbering.front,
             next_row: numbering.strides[1],
             overhang: numbering.overhang,
             shared: if pairs { shared(&steps, numbering.strides[1] as isize)? } else { Vec::new() },
         };
-        lattice.seat(|point| whole[point])?;
-        Ok(Some(lattice))
+        if let Some(kinds) = kinds {
+            lattice.leave_to_lists_what_is_mixed(workers, kinds, whole);
+        }
+        lattice.seat(kinds, whole)?;
+        Ok((lattice.count > 0).then_some(lattice))
     }
 
-    /// Makes groups of the points that are wholly on the lattice.
-    fn seat(&mut self, whole: impl Fn(usize) -> bool) -> Result<()> {
+    /// Clears the flags of points with neighbours of another kind.
+    fn leave_to_lists_what_is_mixed(&self, workers: &Workers, kinds: &[u16], whole: &mut [bool]) {
+        workers.sweep(whole.len(), PerPoint(whole, 1), |range, whole| {
+            for (whole, point) in whole.0.iter_mut().zip(range).filter(|(whole, _)| **whole) {
+                let cell = self.cell_of[point] as usize;
+                let there = |step: &Step| self.point_of[cell.wrapping_add_signed(step.cells)];
+                let mut neighbors = self.stencil.iter().map(there).filter(|&point| point != NOBODY);
+                *whole = neighbors.all(|there| kinds[there as usize] == kinds[point]);
+            }
+        });
+    }
+
+    /// Makes groups of the points that are wholly on the lattice; those that are of another kind than most of their group become no
+    /// members.
+    fn seat(&mut self, kinds: Option<&[u16]>, whole: &mut [bool]) -> Result<()> {
+        let kind_of = |point: u32| kinds.map_or(0, |kinds| kinds[point as usize]);
         for first in (0..self.point_of.len()).step_by(LANES) {
             let mut group = [NOBODY; LANES];
             for (member, &point) in group.iter_mut().zip(&self.point_of[first..]) {
-                if point != NOBODY && whole(point as usize) {
+                if point != NOBODY && whole[point as usize] {
                     *member = point;
                 }
             }
-            if group == [NOBODY; LANES] {
+            let present = || group.into_iter().filter(|&point| point != NOBODY);
+            let alike = |point| present().filter(|&other| kind_of(other) == kind_of(point)).count();
+            let Some(like) = present().rev().max_by_key(|&point| alike(point)) else {
                 continue;
+            };
+            let kind = kind_of(like);
+            for member in group.iter_mut().filter(|member| **member != NOBODY) {
+                if kind_of(*member) != kind {
+                    whole[*member as usize] = false;
+                    *member = NOBODY;
+                }
             }
             memory::push(&mut self.groups, first as u32, PURPOSE)?;
             for point in group {
                 if point != NOBODY {
                     self.seat_of[point as usize] = self.members.len() as u32;
+                    self.count += 1;
                 }
                 memory::push(&mut self.members, point, PURPOSE)?;
             }
+            if kinds.is_some() {
+                let known = self.samples.iter().position(|&sample| kind_of(sample) == kind);
+                let number = known.unwrap_or(self.samples.len());
+                if known.is_none() {
+                    memory::push(&mut self.samples, like, PURPOSE)?;
+                }
+                memory::push(&mut self.kinds, number as u16, PURPOSE)?;
+            }
         }
         Ok(())
+    }
+
+    /// Which of the samples the members of a group are like, or 0.
+    pub(crate) fn kind(&self, group: usize) -> usize {
+        self.kinds.get(group).map_or(0, |&kind| kind as usize)
     }
 
     /// Masks of a group: one for each step of the stencil, and some that fill up eights.
@@ -337,6 +387,8 @@ impl Lattice {
             + memory::bytes(&self.groups)
             + memory::bytes(&self.members)
             + memory::bytes(&self.seat_of)
+            + memory::bytes(&self.samples)
+            + memory::bytes(&self.kinds)
     }
 }
 

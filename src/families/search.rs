@@ -33,6 +33,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) storage: Storage,
     /// What is made of points on a common grid.
     pub(crate) lattice: LatticeUse,
+    /// Kinds of the points, where those of a lattice are to be told apart.
+    pub(crate) kinds: Option<&'a [u16]>,
     /// Names of the points to the host.
     pub(crate) host: &'a [u32],
 }
@@ -40,7 +42,7 @@ pub(crate) struct Wanted<'a> {
 /// The families of all points for their horizons, and with the rim if they have one.
 pub(crate) fn find(wanted: Wanted<'_>) -> Result<Families> {
     let Wanted { workers, simd, dimension, places, horizons, rim, farthest, .. } = wanted;
-    let Wanted { storage, lattice: lattice_use, host, .. } = wanted;
+    let Wanted { storage, lattice: lattice_use, kinds, host, .. } = wanted;
     let farthest_of = radii(horizons, rim.as_ref(), farthest)?;
     let reach = Reach { radii: radii(horizons, None, farthest)?, rim };
     let unit = Unit::near(farthest_of.largest());
@@ -58,10 +60,11 @@ pub(crate) fn find(wanted: Wanted<'_>) -> Result<Families> {
             search.clear_neighbors(workers, &mut whole)?;
         }
         let pairs = lattice_use == LatticeUse::Pairs;
-        lattice = Lattice::of(&crossings, &whole, *radius, pairs)?
+        lattice = Lattice::of(workers, &crossings, &mut whole, kinds, *radius, pairs)?
             .filter(|lattice| lattice.row() <= MOST_LANES);
-        if let (Some(search), Some(_)) = (&mut search, &lattice) {
-            search.left_out = whole;
+        if lattice.as_ref().is_some_and(|lattice| lattice.count < count) {
+            let all = search.take().map_or_else(new, Ok)?;
+            search = Some(Search { left_out: whole, ..all });
         }
     }
     let members = lattice.as_ref().map_or(0, |lattice| lattice.count);
@@ -440,6 +443,7 @@ mod tests {
             farthest: coordinates.fold(0.0, |farthest, x| x.abs().max(farthest)),
             storage: Storage::Fast,
             lattice: LatticeUse::None,
+            kinds: None,
             host: &host,
         })
         .unwrap()

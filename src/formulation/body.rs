@@ -59,6 +59,8 @@ impl<T> ByModel<T> {
 /// is corrected.
 pub(crate) struct Weights {
     influence: ByModel<Influence>,
+    /// That of all points, if they share it.
+    common: Option<Influence>,
     pub(crate) horizons: Property,
     pub(super) correction: Option<Correction>,
     dimension: usize,
@@ -78,8 +80,11 @@ impl Weights {
         materials: &Materials<'_>,
         influence: impl Fn(&crate::model::Model) -> Result<Influence>,
     ) -> Result<Self> {
+        let influence = ByModel::new(materials, influence)?;
+        let first = *influence.at(0);
         Ok(Self {
-            influence: ByModel::new(materials, influence)?,
+            common: (!influence.any(|other| *other != first)).then_some(first),
+            influence,
             horizons: materials.horizons.copied()?,
             correction: None,
             dimension: materials.dimension,
@@ -126,7 +131,7 @@ impl Weights {
     /// The influence function, where weights follow from the lengths of bonds.
     pub(super) fn follow_length(&self, scene: &Scene<'_>) -> Option<Influence> {
         let alike = scene.families.reach.is_sharp_and_uniform() && self.correction.is_none();
-        if alike && self.are_shared() { self.influence.only().copied() } else { None }
+        if alike && self.are_shared() { self.common } else { None }
     }
 
     /// The part of the volume of a bond's other end in a point's family, and w_ij and w_ji but for its integrity.
@@ -160,7 +165,7 @@ impl Weights {
 
     /// Whether both ends give a bond the same weight.
     pub(super) fn are_shared(&self) -> bool {
-        self.influence.only().is_some()
+        self.common.is_some()
             && matches!(self.horizons, Property::Uniform(_))
             && self.correction.as_ref().is_none_or(Correction::is_shared)
     }

@@ -83,7 +83,8 @@ impl Baqp {
             let kept = self.swept_gradients::<D, D>(sweep, gradients, breaking, |_| true);
             Beyond { seam, sweep, gradients, kept, left }
         });
-        let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref(), resting);
+        let rule = breaking.as_ref().map(|breaking| breaking.rule);
+        let on = OnLattice::breaking(scene, (lattice, &rows.state), rule, resting);
         let order = Order { order: self.order, looks_twice: true };
         let any_odd = Cell::new(false);
         let first = |parts: &mut Parts<'_, D, M>| {

@@ -14,10 +14,10 @@ use super::on_lattice::{LatticeState, OnLattice};
 use super::ordinary_state_based::extension;
 use super::surface::{Correction, Surface};
 use super::{
-    EnergyPart, Formulation, FormulationEntry, Kinematics, Materials, Read, Scene, in_lanes,
-    surface, surface_stiffness,
+    EnergyPart, Formulation, FormulationEntry, Kinematics, LimitsFollow, Materials, Read, Scene,
+    in_lanes, surface, surface_stiffness,
 };
-use crate::damage::{BreakRule, Breaking, close_to};
+use crate::damage::{BreakRule, Breaking};
 use crate::error::{Error, Result};
 use crate::families::lattice::LatticeUse;
 use crate::families::{Bond, Property};
@@ -57,8 +57,8 @@ struct BondBased {
     /// For what lies across; bonds do not ask it.
     laws: ByModel<Law>,
     breaks: bool,
-    /// Bonds break at one stretch, if they do.
-    breaks_alike: bool,
+    /// What the stretch follows from at which bonds break.
+    limits: LimitsFollow,
     /// What sweeps over the lattice hold, where there is one.
     lattice: Option<LatticeState>,
     /// What is known of where nothing happens.
@@ -121,14 +121,14 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         Ok(Law::with(&elastic(model, materials.dimension)?, model, materials.dimension))
     })?;
     let (correction, lattice) = (None, None);
-    let breaks_alike = true;
+    let limits = LimitsFollow::Nothing;
     Ok(Box::new(BondBased {
         bond_constants,
         surface,
         correction,
         weights,
         laws,
-        breaks_alike,
+        limits,
         lattice,
         breaks: false,
         calm: None,
@@ -162,7 +162,7 @@ impl BondBased {
 
     /// The law of a scene in which all bonds are alike, if it is one.
     fn alike<'a>(&self, scene: &'a Scene<'a>, rule: Option<&'a BreakRule>) -> Option<Alike<'a>> {
-        if !self.breaks_alike || scene.bonds.integrity.is_some() || self.correction.is_some() {
+        if self.tells_models_apart() || self.differ_one_by_one(scene) {
             return None;
         }
         let bond_constant = self.common_constant(scene)?;
@@ -171,22 +171,22 @@ impl BondBased {
         Some(Alike { bond_constant, critical, limits })
     }
 
-    /// The lattice, if the body has one and its bonds are all alike.
+    /// Whether there are bonds that differ from others between points of the same models.
+    fn differ_one_by_one(&self, scene: &Scene<'_>) -> bool {
+        let graded = scene.bonds.integrity.is_some() || self.correction.is_some();
+        graded || self.limits == LimitsFollow::Bonds
+    }
+
+    /// The lattice, if the body has one and its bonds do not differ one by one.
     fn on_lattice<'a>(
         &'a self,
         scene: &'a Scene<'a>,
-        law: &Alike<'a>,
+        rule: Option<&'a BreakRule>,
         look: Option<&'a Look<'a>>,
     ) -> Option<OnLattice<'a>> {
         let (lattice, state) = (scene.families.lattice.as_ref()?, self.lattice.as_ref()?);
-        let Alike { critical, limits, .. } = *law;
-        Some(OnLattice {
-            lattice,
-            state,
-            threshold: close_to(critical),
-            limits,
-            resting: Resting::new(look, 1),
-        })
+        let on = OnLattice::breaking(scene, (lattice, state), rule, Resting::new(look, 1));
+        (!self.differ_one_by_one(scene)).then_some(on)
     }
 
     fn read_kinematics<const D: usize>(
@@ -240,12 +240,17 @@ impl Formulation for BondBased {
     }
 
     fn use_of_a_lattice(&self) -> LatticeUse {
-        let alike = matches!(self.bond_constants, Property::Uniform(_)) && self.breaks_alike;
-        if alike && self.surface.is_none() { LatticeUse::Groups } else { LatticeUse::None }
+        let fits = self.limits != LimitsFollow::Bonds && self.surface.is_none();
+        if fits { LatticeUse::Groups } else { LatticeUse::None }
     }
 
-    fn know_limits(&mut self, any: bool, are_alike: bool) {
-        (self.breaks, self.breaks_alike) = (any, are_alike);
+    fn know_limits(&mut self, any: bool, limits: LimitsFollow) {
+        (self.breaks, self.limits) = (any, limits);
+    }
+
+    fn tells_models_apart(&self) -> bool {
+        let differ = matches!(self.bond_constants, Property::PerPoint(_));
+        differ || self.limits == LimitsFollow::Models
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
@@ -254,7 +259,7 @@ impl Formulation for BondBased {
         }
         if let Some(reach) = scene.families.reach.uniform_radius()
             && matches!(self.bond_constants, Property::Uniform(_))
-            && self.breaks_alike
+            && self.limits == LimitsFollow::Nothing
             && self.surface.is_none()
         {
             self.calm = Some(Calm::new(scene, reach, self.breaks, 0)?);
@@ -289,12 +294,16 @@ impl Formulation for BondBased {
         let bad = match self.alike(scene, rule) {
             Some(law) => {
                 let look = self.calm.as_ref().map(|calm| calm.look(scene));
-                let lattice = self.on_lattice(scene, &law, look.as_ref());
-                let bonds = BondForces { law, lattice, look: look.as_ref() };
+                let lattice = self.on_lattice(scene, rule, look.as_ref());
+                let (look, constants) = (look.as_ref(), None);
+                let bonds = BondForces { law, lattice, look, constants };
                 forces(scene, &bonds, scratch, force, &mut breaking)
             }
             None => {
-                let bonds = BondForces { law: various, lattice: None, look: None };
+                let (lattice, constants) =
+                    (self.on_lattice(scene, rule, None), &self.bond_constants);
+                let constants = Some(constants);
+                let bonds = BondForces { law: various, lattice, look: None, constants };
                 forces(scene, &bonds, scratch, force, &mut breaking)
             }
         };

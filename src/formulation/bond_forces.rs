@@ -8,8 +8,8 @@ use super::calm::{Bonds, Look};
 use super::on_lattice::{OnLattice, Parts, by_state};
 use super::{Scene, in_lanes};
 use crate::damage::Breaking;
-use crate::families::LANES;
 use crate::families::lattice::NOBODY;
+use crate::families::{LANES, Property};
 use crate::kernel::bond_based::{
     BondLaw, Cloud, EnergySweep, FieldSweep, ForceSweep, Record, Remaining,
 };
@@ -24,6 +24,8 @@ type Outputs<'a> = (PerPoint<'a, f64>, PerPoint<'a, u8>, PerPoint<'a, bool>);
 pub(super) struct BondForces<'a, L> {
     pub(super) law: L,
     pub(super) lattice: Option<OnLattice<'a>>,
+    /// Bond constants of points, where models differ by them and groups of a lattice pull by those of their kind.
+    pub(super) constants: Option<&'a Property>,
     /// Where nothing happens.
     pub(super) look: Option<&'a Look<'a>>,
 }
@@ -64,11 +66,12 @@ impl<L: BondLaw> BondForces<'_, L> {
         breaking: &mut Option<Breaking<'_>>,
     ) -> usize {
         let first = |parts: &mut Parts<'_, D, 0>| {
-            let (groups, judge) = (parts.groups, on.limits);
+            let (groups, legs, judge) = (parts.groups, parts.legs, on.limits);
             let outputs = (parts.forces.again(), parts.masks.again(), parts.broke.again());
             scene.workers.sweep(parts.seats, outputs, |range, outputs| {
-                let part = |range: Range<usize>, (force, masks, broke): Outputs<'_>, calm| {
-                    let mut look = parts.look;
+                let part = |range: Range<usize>, (force, masks, broke): Outputs<'_>, state| {
+                    let (calm, kind) = state;
+                    let (groups, mut look) = on.of_kind(groups, legs, kind);
                     if let Some(Bonds { rest, are_short }) = calm {
                         look &= !are_short;
                         if rest {
@@ -78,9 +81,20 @@ impl<L: BondLaw> BondForces<'_, L> {
                     let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
                     let range = range.start / LANES..range.end / LANES;
                     let skips_bare = scene.skips.without_bonds;
-                    scene.simd.run(BondSweep { groups, range, force: force.0, breaks, skips_bare });
+                    let (force, sample) = (force.0, on.lattice.samples.get(kind));
+                    scene.simd.run(BondSweep {
+                        groups,
+                        range,
+                        force: &mut *force,
+                        breaks,
+                        skips_bare,
+                    });
+                    if let (Some(constants), Some(&sample)) = (self.constants, sample) {
+                        let constant = constants.at(sample as usize);
+                        force.iter_mut().for_each(|force| *force *= constant);
+                    }
                 };
-                by_state(range, outputs, |group| on.bonds(group), part);
+                by_state(range, outputs, |group| (on.bonds(group), on.lattice.kind(group)), part);
             });
         };
         let second = |_: Parts<'_, D, 0>, _: &Scene<'_>, _: &mut [f64]| {

@@ -39,7 +39,8 @@ impl Correspondence {
             failed = self.pulls_beyond::<D, C>(sweep, breaking, (&mut *force, &mut *left));
             (seam, sweep, left)
         });
-        let on = OnLattice::breaking(scene, (lattice, &rows.state), breaking.as_ref(), resting);
+        let rule = breaking.as_ref().map(|breaking| breaking.rule);
+        let on = OnLattice::breaking(scene, (lattice, &rows.state), rule, resting);
         let bad = AtomicUsize::new(usize::MAX);
         let noted = |point: usize, answer: Answer<D>| {
             if !answer.energy.is_finite() {

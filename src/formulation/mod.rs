@@ -130,6 +130,17 @@ impl Materials<'_> {
     }
 }
 
+/// What the stretches follow from at which bonds break.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum LimitsFollow {
+    /// All share one.
+    Nothing,
+    /// The models of both ends, where horizons are alike.
+    Models,
+    /// Each has its own.
+    Bonds,
+}
+
 /// A body at a displacement: all that a sweep over bonds reads.
 #[derive(Clone, Copy)]
 pub(crate) struct Scene<'a> {
@@ -181,7 +192,12 @@ pub(crate) trait Formulation: Send + Sync {
 
     /// Takes note of whether bonds will break, and whether all will at one stretch, so that sweeps that break none run as
     /// those that do.
-    fn know_limits(&mut self, _any: bool, _are_alike: bool) {}
+    fn know_limits(&mut self, _any: bool, _follow: LimitsFollow) {}
+
+    /// Whether sweeps over lattices take groups of one model each.
+    fn tells_models_apart(&self) -> bool {
+        false
+    }
 
     /// Takes the body as it is before the first step, its pre-cracks included, for what it refers to.
     fn refer_to(&mut self, _scene: &Scene<'_>) -> Result<()> {

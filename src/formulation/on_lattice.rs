@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::bond_laws::Limits;
 use super::calm::{Bonds, Resting};
 use super::{Scene, in_lanes};
-use crate::damage::{Breaking, close_to};
+use crate::damage::{BreakRule, Breaking, close_to};
 use crate::error::Result;
 use crate::families::LANES;
 use crate::families::lattice::{Lattice, NOBODY};
@@ -51,8 +51,6 @@ struct Held {
 pub(super) struct OnLattice<'a> {
     pub(super) lattice: &'a Lattice,
     pub(super) state: &'a LatticeState,
-    /// (l/L)^2 - 1 of bonds that come close to their limit.
-    pub(super) threshold: f64,
     pub(super) limits: Limits<'a>,
     pub(super) resting: Resting<'a>,
 }
@@ -60,10 +58,12 @@ pub(super) struct OnLattice<'a> {
 /// What the sweeps over groups read and write; `N`: columns that one leaves for the next.
 pub(super) struct Parts<'a, const D: usize, const N: usize> {
     pub(super) groups: Groups<'a, D>,
+    /// Those of each kind, which differ by their limits.
+    pub(super) legs: &'a [Leg],
     pub(super) seats: usize,
     /// The length that is 1.
     pub(super) unit: f64,
-    /// Whether any bond can break.
+    /// Whether any bond can break, of the first kind.
     pub(super) look: bool,
     pub(super) masks: PerPoint<'a, u8>,
     pub(super) broke: PerPoint<'a, bool>,
@@ -118,7 +118,7 @@ impl LatticeState {
             masks: workers.filled(0, lattice.groups.len() * lattice.row(), PURPOSE)?,
             edition: None,
             columns: workers.filled(0.0, numbers, PURPOSE)?,
-            legs: memory::filled(Leg::default(), lattice.stencil.len(), PURPOSE)?,
+            legs: memory::filled(Leg::default(), lattice.stencil.len() * kinds(lattice), PURPOSE)?,
             forces: workers.filled(0.0, seats * scene.dimension, PURPOSE)?,
             broke: workers.filled(false, seats, PURPOSE)?,
         };
@@ -139,6 +139,11 @@ impl LatticeState {
 /// Numbers from one column of the cells to the next.
 fn stride(lattice: &Lattice) -> usize {
     lattice.point_of.len().next_multiple_of(512) + STAGGER
+}
+
+/// How many kinds of members there are.
+fn kinds(lattice: &Lattice) -> usize {
+    lattice.samples.len().max(1)
 }
 
 /// A power of two near the lengths of the stencil.
@@ -210,17 +215,33 @@ fn place<const D: usize>(
 }
 
 impl<'a> OnLattice<'a> {
-    /// Of a sweep in which bonds may break by a rule that is the same for all.
+    /// Of a sweep in which bonds may break by a rule that is the same for all of a kind.
     pub(super) fn breaking(
         scene: &'a Scene<'a>,
         (lattice, state): (&'a Lattice, &'a LatticeState),
-        breaking: Option<&Breaking<'a>>,
+        rule: Option<&'a BreakRule>,
         resting: Resting<'a>,
     ) -> Self {
-        let rule = breaking.map(|breaking| breaking.rule);
-        let critical = rule.and_then(|rule| rule.uniform()).unwrap_or(f64::INFINITY);
-        let (threshold, limits) = (close_to(critical), Limits { scene, rule });
-        Self { lattice, state, threshold, limits, resting }
+        Self { lattice, state, limits: Limits { scene, rule }, resting }
+    }
+
+    /// (l/L)^2 - 1 of bonds of a kind that come close to their limit.
+    fn threshold(&self, kind: usize) -> f64 {
+        let sample = self.lattice.samples.get(kind).map_or(0, |&sample| sample as usize);
+        let critical = self.limits.rule.and_then(|rule| rule.among(sample));
+        close_to(critical.unwrap_or(f64::INFINITY))
+    }
+
+    /// Groups of a kind, with its legs of those of all kinds, and whether their bonds can break.
+    pub(super) fn of_kind<'b, const D: usize>(
+        &self,
+        groups: Groups<'b, D>,
+        legs: &'b [Leg],
+        kind: usize,
+    ) -> (Groups<'b, D>, bool) {
+        let steps = self.lattice.stencil.len();
+        let legs = &legs[kind * steps..(kind + 1) * steps];
+        (groups.with_legs(legs), self.threshold(kind).is_finite())
     }
 
     fn members(&self, group: usize) -> &[u32] {
@@ -255,7 +276,7 @@ impl<'a> OnLattice<'a> {
 
     /// What can be said of the bonds of a group.
     pub(super) fn bonds(&self, group: usize) -> Option<Bonds> {
-        self.resting.bonds_of(self.members(group), self.threshold)
+        self.resting.bonds_of(self.members(group), self.threshold(self.lattice.kind(group)))
     }
 
     /// Forces per volume on the points of the lattice: `first` breaks bonds, and may make what `second` needs, which
@@ -278,9 +299,12 @@ impl<'a> OnLattice<'a> {
             held.follow(scene, lattice);
         }
         held.edition = None;
-        let (unit, threshold) = (unit_of(lattice), self.threshold);
-        let (stencil, legs) = (&lattice.stencil[..], &mut held.legs[..]);
-        scene.simd.run(Prepare { stencil, unit, threshold, influence, legs });
+        let (unit, stencil) = (unit_of(lattice), &lattice.stencil[..]);
+        for (kind, legs) in held.legs.chunks_exact_mut(stencil.len()).enumerate() {
+            let (threshold, influence) = (self.threshold(kind), &influence);
+            scene.simd.run(Prepare { stencil, unit, threshold, influence, legs });
+        }
+        let (legs, _) = held.legs.split_at(stencil.len());
         let (cells, stride) = (lattice.point_of.len(), stride(lattice));
         let columns = in_lanes::from_a_line(&mut held.columns);
         let (shifts, left) = columns.split_at_mut(D * stride);
@@ -291,10 +315,11 @@ impl<'a> OnLattice<'a> {
         let shifts = std::array::from_fn(|axis| &shifts[axis * stride..][..cells]);
         let mut left = left.chunks_mut(stride).map(|column| &mut column[..cells]);
         let mut parts = Parts {
-            groups: Groups::<D>::new(lattice, &held.legs, shifts),
+            groups: Groups::<D>::new(lattice, legs, shifts),
+            legs: &held.legs,
             seats: lattice.members.len(),
             unit,
-            look: threshold.is_finite(),
+            look: self.threshold(0).is_finite(),
             masks: PerPoint(&mut held.masks, lattice.row() / LANES),
             broke: PerPoint(&mut held.broke, 1),
             forces: PerPoint(&mut held.forces, D),

@@ -34,24 +34,32 @@ impl Lps {
             own_pulls::<D, false>((scene, resting), family, outputs, breaking, pulls);
             Beyond { seam, records, left }
         });
-        let on = OnLattice::breaking(scene, (lattice, state), breaking.as_ref(), resting);
-        let [kappa, deviatoric] = *self.moduli.at(0);
-        let moduli = Moduli { kappa, deviatoric };
+        let rule = breaking.as_ref().map(|breaking| breaking.rule);
+        let on = OnLattice::breaking(scene, (lattice, state), rule, resting);
+        let moduli = |kind: usize| {
+            let sample = lattice.samples.get(kind).map_or(0, |&sample| sample as usize);
+            let [kappa, deviatoric] = *self.moduli.at(sample);
+            Moduli { kappa, deviatoric }
+        };
         let influence = |length: f64| omega.at(length);
         let first = |parts: &mut Parts<'_, D, 2>| {
-            let (groups, look, judge) = (parts.groups, parts.look, on.limits);
+            let (groups, legs, judge) = (parts.groups, parts.legs, on.limits);
             let outputs = (parts.left.again(), parts.masks.again(), parts.broke.again());
             scene.workers.sweep(parts.seats, outputs, |range, outputs| {
-                let part = |range: Range<usize>, (left, masks, broke): Outputs<'_>, rest| {
+                let part = |range: Range<usize>, (left, masks, broke): Outputs<'_>, state| {
+                    let (rest, kind) = state;
                     if rest {
                         return;
                     }
+                    let (groups, look) = on.of_kind(groups, legs, kind);
+                    let moduli = moduli(kind);
                     let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
                     let range = range.start / LANES..range.end / LANES;
                     let (first, left) = (left.first, left.values);
                     scene.simd.run(DilationSweep { groups, moduli, range, first, left, breaks });
                 };
-                by_state(range, outputs, |group| on.rests(group, 1), part);
+                let state = |group| (on.rests(group, 1), lattice.kind(group));
+                by_state(range, outputs, state, part);
             });
         };
         let second = |parts: Parts<'_, D, 2>, _: &Scene<'_>, _: &mut [f64]| {

@@ -163,8 +163,12 @@ impl Passes for Lps {
     }
 
     fn use_of_a_lattice(&self) -> LatticeUse {
-        let alike = self.moduli.only().is_some() && self.weights.are_shared();
-        if alike && self.surface.is_none() { LatticeUse::Groups } else { LatticeUse::None }
+        let fits = self.weights.are_shared() && self.surface.is_none();
+        if fits { LatticeUse::Groups } else { LatticeUse::None }
+    }
+
+    fn models_differ(&self) -> Option<bool> {
+        Some(self.moduli.only().is_none())
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {

@@ -102,6 +102,11 @@ pub(super) trait Passes: Sized + Send + Sync {
         LatticeUse::None
     }
 
+    /// Whether models differ in what its sweeps over groups of a lattice take of one; `None` where they ask point by point.
+    fn models_differ(&self) -> Option<bool> {
+        None
+    }
+
     /// Takes the body as it is before the first step.
     fn refer_to(&mut self, _scene: &Scene<'_>) -> Result<()> {
         Ok(())

@@ -13,8 +13,8 @@ use super::laws::Laws;
 use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes, Room};
 use super::surface::Surface;
 use super::{
-    Asked, EnergyPart, Formulation, Materials, Read, Scene, breaking, constants, surface,
-    surface_stiffness,
+    Asked, EnergyPart, Formulation, LimitsFollow, Materials, Read, Scene, breaking, constants,
+    surface, surface_stiffness,
 };
 use crate::damage::Breaking;
 use crate::error::Result;
@@ -29,8 +29,8 @@ pub(super) struct StateBased<P> {
     passes: P,
     /// C_b of [P 3.58].
     bond_constants: Property,
-    /// Bonds break at one stretch, if they do.
-    breaks_alike: bool,
+    /// What the stretch follows from at which bonds break.
+    limits: LimitsFollow,
     /// What may rest of a body that is swept in lanes.
     calm: Option<Calm>,
 }
@@ -44,7 +44,7 @@ impl<P: Passes> StateBased<P> {
             },
             "bond constants",
         )?;
-        Ok(Self { passes, bond_constants, breaks_alike: true, calm: None })
+        Ok(Self { passes, bond_constants, limits: LimitsFollow::Nothing, calm: None })
     }
 
     fn passes<const D: usize>(
@@ -317,11 +317,22 @@ fn gather<const D: usize>(
 
 impl<P: Passes> Formulation for StateBased<P> {
     fn use_of_a_lattice(&self) -> LatticeUse {
-        if self.breaks_alike { self.passes.use_of_a_lattice() } else { LatticeUse::None }
+        match self.limits {
+            LimitsFollow::Nothing => self.passes.use_of_a_lattice(),
+            LimitsFollow::Models if self.passes.models_differ().is_some() => {
+                self.passes.use_of_a_lattice()
+            }
+            _ => LatticeUse::None,
+        }
     }
 
-    fn know_limits(&mut self, _: bool, are_alike: bool) {
-        self.breaks_alike = are_alike;
+    fn know_limits(&mut self, _: bool, limits: LimitsFollow) {
+        self.limits = limits;
+    }
+
+    fn tells_models_apart(&self) -> bool {
+        let differ = self.passes.models_differ();
+        differ.is_some_and(|differ| differ || self.limits == LimitsFollow::Models)
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {

@@ -7,7 +7,7 @@ use crate::damage::{BondState, BreakRule, Interface};
 use crate::error::Result;
 use crate::families::lattice::LatticeUse;
 use crate::families::{self, Families, Place, Property, Rim, Wanted};
-use crate::formulation::{Formulation, Materials, Scene, Skips};
+use crate::formulation::{Formulation, LimitsFollow, Materials, Scene, Skips};
 use crate::kernel::simd::SimdLevel;
 use crate::memory;
 use crate::model::{Damage, Model};
@@ -73,7 +73,8 @@ impl Plan {
         let rim = rim(points, &models[0], &horizons)?;
         let mut formulation = (models[0].formulation().prepare)(&materials)?;
         let limits = Limits::new(&materials, requests)?;
-        formulation.know_limits(limits.any(), limits.are_alike());
+        formulation.know_limits(limits.any(), limits.follow());
+        let kinds = models.len() > 1 && formulation.tells_models_apart();
         let families = families::find(Wanted {
             workers,
             simd,
@@ -88,6 +89,7 @@ impl Plan {
             } else {
                 LatticeUse::None
             },
+            kinds: kinds.then_some(model_of),
             host: &points.order().host,
         })?;
         let Limits { ends, interfaces } = limits;
@@ -285,8 +287,11 @@ impl<'a> Limits<'a> {
             }
     }
 
-    /// Whether all bonds break at the same stretch, if they do.
-    fn are_alike(&self) -> bool {
-        self.interfaces.is_empty() && matches!(self.ends, Property::Uniform(_))
+    fn follow(&self) -> LimitsFollow {
+        match (&self.interfaces[..], &self.ends) {
+            ([], Property::Uniform(_)) => LimitsFollow::Nothing,
+            ([], Property::PerPoint(_)) => LimitsFollow::Models,
+            _ => LimitsFollow::Bonds,
+        }
     }
 }

@@ -238,6 +238,70 @@ fn break_as_clouds(points: &Points) {
     }
 }
 
+/// Layers and an inclusion of other moduli and limits, one of which never breaks; groups of eight points may be of two.
+#[test]
+fn lattices_of_several_materials_break_as_clouds() {
+    let mut points = Points::block(3, &[0.0; 3], &[45.0, 9.0, 8.0], 1.0).unwrap();
+    points.add_set_box("right", &[17.0, 0.0, 0.0], &[45.0, 9.0, 8.0]).unwrap();
+    points.add_set_box("inside", &[3.0, 3.0, 3.0], &[5.0, 6.0, 6.0]).unwrap();
+    points.add_set_box("end", &[37.0, 0.0, 0.0], &[45.0, 9.0, 8.0]).unwrap();
+    let velocity = Random(13).around_zero(3 * points.count(), 0.05);
+    // By moduli alone forms that ask their laws point by point differ, too.
+    for (formulation, limits) in [
+        ("bond_based", [0.02, 0.035, f64::INFINITY]),
+        ("ordinary_state_based", [0.02, 0.035, f64::INFINITY]),
+        ("ordinary_state_based", [0.02; 3]),
+        ("correspondence", [0.02; 3]),
+    ] {
+        let run = |lattices: bool, level: SimdLevel, threads: usize| {
+            let models = [(1.0, limits[0]), (4.0, limits[1]), (2.0, limits[2])];
+            let models = models.map(|(modulus, limit)| {
+                let mut model = model(formulation, 3.015);
+                model.set("youngs_modulus", modulus).unwrap();
+                if limit.is_finite() {
+                    model.set("critical_stretch", limit).unwrap();
+                }
+                model
+            });
+            let mut simulation = Simulation::new(&points, &models[0]).unwrap();
+            simulation.assign_model("right", &models[1]).unwrap();
+            simulation.assign_model("inside", &models[2]).unwrap();
+            simulation.assign_model("end", &models[0]).unwrap();
+            simulation.set_lattices(lattices).unwrap();
+            simulation.set_simd(level).unwrap();
+            simulation.set_threads(threads).unwrap();
+            simulation.set(Field::Velocity, &velocity).unwrap();
+            simulation.step(0.1, 8).unwrap();
+            let forces = simulation.get(Field::InternalForce).unwrap();
+            let size: f64 = forces.iter().map(|force| force.abs()).sum();
+            for axis in 0..3 {
+                let sum: f64 = forces.iter().skip(axis).step_by(3).sum();
+                assert!(sum.abs() < 1e-13 * size, "{formulation}: {sum}, {size}");
+            }
+            assert!(simulation.health().unwrap().broken_bonds > 500);
+            simulation
+        };
+        for level in levels() {
+            let [cloud, lattice] = [false, true].map(|lattices| run(lattices, level, 2));
+            assert_eq!(intact(&cloud), intact(&lattice), "{formulation}, {level:?}");
+            let held = |body: &Simulation| body.memory().bonds as f64;
+            assert!(held(&lattice) < 0.9 * held(&cloud), "{formulation}: no lattice");
+            for field in [
+                Field::Displacement,
+                Field::InternalForce,
+                Field::DissipatedEnergyDensity,
+                Field::StrainEnergyDensity,
+                Field::DeformationGradient,
+            ] {
+                let [a, b] = [&cloud, &lattice].map(|body| body.get(field).unwrap());
+                let distance = distance(&a, &b);
+                assert!(distance < 1e-9, "{formulation}, {level:?}, {field:?}: {distance}");
+            }
+            assert_eq!(state_bits(&lattice), state_bits(&run(true, level, 3)));
+        }
+    }
+}
+
 #[test]
 fn what_the_host_breaks_is_lost_to_a_lattice_that_cannot_break() {
     let points = Points::block(3, &[0.0; 3], &[14.0, 11.0, 9.0], 1.0).unwrap();

@@ -19,6 +19,15 @@ fn block(counts: [usize; 3], spacing: [f64; 3]) -> Vec<Place> {
 }
 
 fn found(places: &[Place], horizon: f64, lattice: LatticeUse) -> Families {
+    found_of_kinds(places, horizon, lattice, None)
+}
+
+fn found_of_kinds(
+    places: &[Place],
+    horizon: f64,
+    lattice: LatticeUse,
+    kinds: Option<&[u16]>,
+) -> Families {
     let host: Vec<u32> = (0..places.len() as u32).collect();
     find(Wanted {
         workers: &Workers::new(1).unwrap(),
@@ -30,6 +39,7 @@ fn found(places: &[Place], horizon: f64, lattice: LatticeUse) -> Families {
         farthest: 1.0,
         storage: Storage::Fast,
         lattice,
+        kinds,
         host: &host,
     })
     .unwrap()
@@ -172,6 +182,40 @@ fn points_near_those_off_the_grid_are_not_members() {
         assert_eq!(lattice.seat_of[point] == NOBODY, near(point), "{point}");
     }
     check(&places, &listed, &families);
+}
+
+#[test]
+fn bonds_of_members_lead_to_their_own_kind() {
+    let counts = [40, 9, 8];
+    let places = block(counts, [0.1; 3]);
+    // Layers across rows, of which the third is like the first, and a point.
+    let kind_of = |point: usize| match point % counts[0] {
+        0..12 => 5,
+        12..20 => 2,
+        20..32 if point == 40 * (9 * 4 + 4) + 29 => 7,
+        20..32 => 5,
+        _ => 0,
+    };
+    let kinds: Vec<u16> = (0..places.len()).map(kind_of).collect();
+    let listed = found(&places, 0.301, LatticeUse::None);
+    for lattice_use in [LatticeUse::Groups, LatticeUse::Pairs] {
+        let families = found_of_kinds(&places, 0.301, lattice_use, Some(&kinds));
+        let lattice = families.lattice.as_ref().unwrap();
+        check(&places, &listed, &families);
+        let seats = lattice.members.iter().enumerate().filter(|(_, point)| **point != NOBODY);
+        for (seat, &point) in seats.clone() {
+            let sample = lattice.samples[lattice.kind(seat / LANES)] as usize;
+            assert_eq!(kinds[sample], kinds[point as usize]);
+            let mut near = listed.bonds(point as usize);
+            assert!(near.all(|bond| kinds[bond.neighbor] == kinds[point as usize]));
+        }
+        assert_eq!(lattice.count, seats.count());
+        let alike =
+            |point: &usize| listed.bonds(*point).all(|bond| kinds[bond.neighbor] == kinds[*point]);
+        let most = (0..places.len()).filter(alike).count();
+        assert!(lattice.count > most * 9 / 10 && lattice.count < most, "{} {most}", lattice.count);
+        assert_eq!(lattice.samples.len(), 3);
+    }
 }
 
 #[test]

@@ -118,6 +118,13 @@ impl<'a, const D: usize> Groups<'a, D> {
         Self { lattice, legs, shifts }
     }
 
+    /// The same with other limits. Panics when these are not legs of the same steps.
+    pub(crate) fn with_legs(self, legs: &'a [Leg]) -> Self {
+        assert_eq!(legs.len(), self.legs.len());
+        assert!(legs.iter().zip(self.legs).all(|(leg, own)| leg.cells == own.cells));
+        Self { legs, ..self }
+    }
+
     fn cell(&self, group: usize) -> usize {
         self.lattice.groups[group] as usize
     }
