@@ -14,20 +14,20 @@ use crate::model::Influence;
 /// A point in a line of the cache: place, volume, displacement and a number that does not matter.
 pub(crate) type Record = [f64; 8];
 
-/// What the sweeps read.
+/// What the sweeps read. Slots are lanes of the points that can be swept, from the first of these on.
 #[derive(Clone, Copy)]
 pub(crate) struct Family<'a> {
     families: &'a Families,
     records: &'a [Record],
     /// The points that can be swept, from the first to before the last.
     points: (usize, usize),
-    /// The other ends of their bonds.
-    names: &'a [u32],
-    /// The lane of the first of these.
+    /// Where the first slot stands among all lanes.
     first: usize,
-    /// 1/L of these lanes; `None` where they are computed.
+    /// The other ends of bonds.
+    names: &'a [u32],
+    /// 1/L; `None` where they are computed.
     inverses: Option<&'a [f64]>,
-    /// One bit a lane.
+    /// One bit a slot.
     intact: &'a [u8],
     omega: Omega<'a>,
 }
@@ -155,10 +155,38 @@ impl<'a> Family<'a> {
         assert!(points.clone().all(|point| self.families.is_listed(point)));
         let lists = self.families.lists();
         let [start, end] = [points.start, points.end].map(|point| lists[point] as usize * LANES);
-        let (names, first) = (&neighbors[start..end], offsets[points.start] as usize * LANES);
-        assert_eq!(names.len(), offsets[points.end] as usize * LANES - first);
+        let names = &neighbors[start..end];
+        assert_eq!(names.len(), (offsets[points.end] - offsets[points.start]) as usize * LANES);
         let inverses = inverse_lengths.as_ref().map(|inverses| &inverses[start..end]);
-        Self { points: (points.start, points.end), names, first, inverses, ..*self }
+        self.of(points, names, inverses)
+    }
+
+    /// Of points whose bonds have these other ends. Not to be called of a part.
+    fn of<'b>(
+        &self,
+        points: Range<usize>,
+        names: &'b [u32],
+        inverses: Option<&'b [f64]>,
+    ) -> Family<'b>
+    where
+        'a: 'b,
+    {
+        let first = self.families.blocks(points.start).start * LANES;
+        let lanes = first..first + names.len();
+        let each = self.omega.each.map(|EachBond { own, back }| EachBond {
+            own: &own[lanes.clone()],
+            back: &back[lanes.clone()],
+        });
+        Family {
+            families: self.families,
+            records: self.records,
+            points: (points.start, points.end),
+            first,
+            names,
+            inverses,
+            intact: &self.intact[lanes.start / LANES..lanes.end / LANES],
+            omega: Omega { each, ..self.omega },
+        }
     }
 
     /// The first points of a range, as many as `names` has room for the lanes of, and where they end.
@@ -170,7 +198,6 @@ impl<'a> Family<'a> {
     where
         'a: 'b,
     {
-        let first = self.families.blocks(points.start).start * LANES;
         let (mut end, mut filled) = (points.start, 0);
         for point in points.clone() {
             let blocks = self.families.blocks(point);
@@ -179,16 +206,21 @@ impl<'a> Family<'a> {
             self.families.name(point, blocks.start * LANES, own);
             (end, filled) = (point + 1, lanes.end);
         }
-        let (points, names) = ((points.start, end), &names[..filled]);
-        (Family { points, names, first, inverses: None, ..*self }, end)
+        (self.of(points.start..end, &names[..filled], None), end)
     }
 
     /// First slot of a point, and the end of its slots. Panics where the point cannot be swept.
     #[inline(always)]
     pub(super) fn slots(&self, point: usize) -> (usize, usize) {
-        let offsets = &self.families.offsets;
         assert!(self.points.0 <= point && point < self.points.1);
-        (offsets[point] as usize * LANES, offsets[point + 1] as usize * LANES)
+        let slot = |end: usize| self.families.offsets[end] as usize * LANES - self.first;
+        (slot(point), slot(point + 1))
+    }
+
+    /// Where a slot stands among all lanes.
+    #[inline(always)]
+    pub(super) fn lane(&self, slot: usize) -> usize {
+        self.first + slot
     }
 
     #[inline(always)]
@@ -223,27 +255,25 @@ impl<'a> Family<'a> {
     /// The other ends of a block of bonds.
     #[inline(always)]
     pub(super) fn block(&self, slot: usize) -> &'a [u32; LANES] {
-        let place = slot - self.first;
-        prefetch(self.names, place + AHEAD * LANES);
+        prefetch(self.names, slot + AHEAD * LANES);
         let (blocks, _) = self.names.as_chunks();
-        &blocks[place / LANES]
+        &blocks[slot / LANES]
     }
 
     /// Which of the bonds from a slot on are there; what lies beyond the lanes does not matter.
     #[inline(always)]
     pub(super) fn bits(&self, slot: usize) -> u8 {
         debug_assert!(slot / LANES < self.intact.len());
-        // SAFETY: slots are those of a point's blocks, and there is a mask for each block of the lists.
+        // SAFETY: slots are those of the blocks of a point that can be swept, and each block has a mask.
         unsafe { *self.intact.get_unchecked(slot / LANES) >> (slot % LANES) }
     }
 
     /// The other ends of the bonds from a slot on.
     #[inline(always)]
     pub(super) fn names<S: Simd>(&self, slot: usize) -> &'a [u32] {
-        let place = slot - self.first;
-        debug_assert!(place + S::WIDTH <= self.names.len());
-        // SAFETY: slots are those of the blocks of a point that can be swept, and the lanes of these have names.
-        unsafe { self.names.get_unchecked(place..place + S::WIDTH) }
+        debug_assert!(slot + S::WIDTH <= self.names.len());
+        // SAFETY: slots are those of the blocks of a point that can be swept, and each has a name.
+        unsafe { self.names.get_unchecked(slot..slot + S::WIDTH) }
     }
 
     /// The bonds from a slot on, as seen from a point with the record given.
@@ -254,9 +284,8 @@ impl<'a> Family<'a> {
         own: &[S::Lanes; 8],
         slot: usize,
     ) -> Bonds<S::Lanes, D> {
-        let (names, place) = (self.names, slot - self.first);
-        prefetch(names, place + AHEAD * LANES);
-        prefetch_rows(self.records, names, place, S::WIDTH);
+        prefetch(self.names, slot + AHEAD * LANES);
+        prefetch_rows(self.records, self.names, slot, S::WIDTH);
         let (reference, volume) = self.references(simd, own, slot);
         // SAFETY: as in `references`.
         let shifts = unsafe { simd.columns(self.records, 4, self.names::<S>(slot)) };
@@ -379,7 +408,7 @@ impl<'a> Family<'a> {
             }
             return self.families.unit.inverse_length(simd, squared);
         };
-        from_slot(simd, inverses, slot - self.first)
+        from_slot(simd, inverses, slot)
     }
 
     /// 1/L^2 of the bonds from a slot on with these L^2; lanes without a bond may have no number.
@@ -391,7 +420,7 @@ impl<'a> Family<'a> {
         squared: S::Lanes,
     ) -> S::Lanes {
         let Some(inverses) = self.inverses else { return squared.reciprocal() };
-        let inverse = from_slot(simd, inverses, slot - self.first);
+        let inverse = from_slot(simd, inverses, slot);
         inverse * inverse
     }
 
@@ -424,13 +453,13 @@ impl<'a> Family<'a> {
     }
 }
 
-/// The numbers of lanes from a place on; there is one for each.
+/// The numbers of bonds from a slot on; there is one for each.
 #[inline(always)]
-fn from_slot<S: Simd>(simd: S, numbers: &[f64], place: usize) -> S::Lanes {
-    prefetch(numbers, place + AHEAD * LANES);
-    debug_assert!(place + S::WIDTH <= numbers.len());
-    // SAFETY: places are those of a point's lanes among all or among those of a part, and there is a number for each.
-    simd.load(unsafe { numbers.get_unchecked(place..place + S::WIDTH) })
+fn from_slot<S: Simd>(simd: S, numbers: &[f64], slot: usize) -> S::Lanes {
+    prefetch(numbers, slot + AHEAD * LANES);
+    debug_assert!(slot + S::WIDTH <= numbers.len());
+    // SAFETY: slots are those of the blocks of a point that can be swept, and there is a number for each.
+    simd.load(unsafe { numbers.get_unchecked(slot..slot + S::WIDTH) })
 }
 
 impl<F: Lanes, const D: usize> Bonds<F, D> {
@@ -501,7 +530,7 @@ impl<'a, const C: usize> Table<'a, C> {
     /// Asks for the rows of other ends that will be read after those from a slot on.
     #[inline(always)]
     pub(super) fn ask_ahead(&self, family: &Family<'_>, slot: usize, count: usize) {
-        prefetch_rows(self.0, family.names, slot - family.first, count);
+        prefetch_rows(self.0, family.names, slot, count);
     }
 
     /// # Safety
@@ -540,10 +569,9 @@ impl<'a> Limits<'a> {
         Self { rule, uniform: rule.uniform().map(close_to) }
     }
 
-    /// Which of the bonds from a slot on, of those in `bits`, are to break. What lanes compute depends on the sweep: bonds that come
-    /// close to their limit are judged one by one, so that both ends come to the same.
+    /// Which of the bonds from a slot on, of those in `bits`, come close to their limit.
     #[inline(always)]
-    pub(super) fn beyond<S: Simd>(
+    pub(super) fn close<S: Simd>(
         &self,
         simd: S,
         family: &Family<'_>,
@@ -555,30 +583,7 @@ impl<'a> Limits<'a> {
             Some(threshold) => simd.splat(threshold),
             None => self.various(simd, family, point, slot),
         };
-        let close = lengths.change.above(threshold * lengths.squared).bits() & bits;
-        if close == 0 {
-            return 0;
-        }
-        // What is beyond all numbers shall be noticed, and not break.
-        let finite = simd.splat(f64::INFINITY).above(lengths.change).bits();
-        let breakable = self.rule.breakable(slot / LANES) >> (slot % LANES);
-        self.judged(family, point, slot, close & finite & breakable)
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn judged(&self, family: &Family<'_>, point: usize, slot: usize, mut close: u8) -> u8 {
-        let mut broken = 0;
-        while close != 0 {
-            let lane = close.trailing_zeros() as usize;
-            let slot = slot + lane;
-            close &= close - 1;
-            if let Some(bond) = family.families.bond_at(point, slot) {
-                let limit = self.rule.threshold(slot, point, bond.neighbor);
-                broken |= u8::from(family.stretch(point, bond) > limit) << lane;
-            }
-        }
-        broken
+        lengths.change.above(threshold * lengths.squared).bits() & bits
     }
 
     #[inline(always)]
@@ -591,7 +596,8 @@ impl<'a> Limits<'a> {
     ) -> S::Lanes {
         let neighbors = family.names::<S>(slot);
         simd.each(|lane| {
-            close_to(self.rule.threshold(slot + lane, point, neighbors[lane] as usize))
+            let slot = family.lane(slot + lane);
+            close_to(self.rule.threshold(slot, point, neighbors[lane] as usize))
         })
     }
 }
@@ -607,23 +613,43 @@ pub(crate) struct BreakHere<'a> {
     pub(crate) first: usize,
 }
 
+/// Masks of a point's blocks, where bonds break as they are by now.
+#[inline(always)]
+pub(super) fn remaining<'b>(
+    family: &Family<'b>,
+    breaking: &'b Option<BreakHere<'_>>,
+    point: usize,
+) -> &'b [u8] {
+    let Some(BreakHere { remaining, first, .. }) = breaking else { return family.masks(point) };
+    let blocks = family.families.blocks(point);
+    &remaining[blocks.start - first..blocks.end - first]
+}
+
 impl BreakHere<'_> {
-    /// Takes those of the bonds from a slot on that are to break out of `bits` and out of the masks.
-    #[inline(always)]
-    pub(super) fn at<S: Simd>(
-        &mut self,
-        simd: S,
-        family: &Family<'_>,
-        at: (usize, usize),
-        lengths: &Lengths<S::Lanes>,
-        bits: &mut u8,
-    ) {
-        let broken = self.limits.beyond(simd, family, at, lengths, *bits);
-        if broken != 0 {
-            *bits &= !broken;
-            self.broke.store(true, Ordering::Relaxed);
-            self.remaining[at.1 / LANES - self.first] &= !(broken << (at.1 % LANES));
+    /// Takes the bonds of a point that are to break out of the masks, and says whether there were any. What lanes compute depends
+    /// on the sweep: bonds are judged one by one, so that both ends come to the same.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn judged(&mut self, family: Family<'_>, point: usize) -> bool {
+        let Self { limits: Limits { rule, .. }, remaining, first, .. } = self;
+        let mut any = false;
+        for bond in family.families.bonds(point) {
+            let (block, bit) = (bond.slot / LANES, 1 << (bond.slot % LANES));
+            let mask = &mut remaining[block - *first];
+            if *mask & rule.breakable(block) & bit == 0 {
+                continue;
+            }
+            let stretch = family.stretch(point, bond);
+            // What is beyond all numbers shall be noticed, and not break.
+            if stretch > rule.threshold(bond.slot, point, bond.neighbor) && stretch.is_finite() {
+                *mask &= !bit;
+                any = true;
+            }
         }
+        if any {
+            self.broke.store(true, Ordering::Relaxed);
+        }
+        any
     }
 }
 
@@ -640,12 +666,17 @@ impl<const D: usize> Kernel for BreakSweep<'_, D> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Self { family, range, mut breaking } = self;
+        let limits = breaking.limits;
         for point in range {
             let own = family.own(simd, point);
             let (start, end) = family.slots(point);
+            let mut close = 0;
             for slot in (start..end).step_by(S::WIDTH) {
                 let lengths = family.bonds::<S, D>(simd, &own, slot).lengths(simd);
-                breaking.at(simd, &family, (point, slot), &lengths, &mut family.bits(slot));
+                close |= limits.close(simd, &family, (point, slot), &lengths, family.bits(slot));
+            }
+            if close != 0 {
+                breaking.judged(family, point);
             }
         }
     }

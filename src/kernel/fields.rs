@@ -142,18 +142,19 @@ impl<const D: usize> Pull<D> for ByLanes<'_> {
         bonds: &Bonds<S::Lanes, D>,
         stretches: Stretches<S::Lanes>,
     ) -> (S::Lanes, Option<S::Lanes>) {
-        let pull = both_ends(simd, self.pulls, self.backs, slot) * stretches.shrunk;
-        let plastic = simd.load(&self.extensions[slot / LANES][0][slot % LANES..]);
+        let all = family.lane(slot);
+        let pull = both_ends(simd, self.pulls, self.backs, all) * stretches.shrunk;
+        let plastic = simd.load(&self.extensions[all / LANES][0][all % LANES..]);
         (pull, Some(plastic * family.inverse_lengths(simd, slot, &bonds.reference)))
     }
 }
 
-/// The sum of the numbers that both ends of the bonds from a slot on have.
+/// The sum of the numbers that both ends of the bonds have that stand from a lane on among all.
 #[inline(always)]
-pub(super) fn both_ends<S: Simd>(simd: S, numbers: &[f64], backs: &[u32], slot: usize) -> S::Lanes {
-    let backs = &backs[slot..slot + S::WIDTH];
+pub(super) fn both_ends<S: Simd>(simd: S, numbers: &[f64], backs: &[u32], lane: usize) -> S::Lanes {
+    let backs = &backs[lane..lane + S::WIDTH];
     let back = simd.each(|lane| numbers[backs[lane] as usize]);
-    simd.load(&numbers[slot..slot + S::WIDTH]) + back
+    simd.load(&numbers[lane..lane + S::WIDTH]) + back
 }
 
 /// Gives the sums of the points of a range to `finish`.

@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use super::family::{Bonds, BreakHere, Family};
+use super::family::{Bonds, BreakHere, Family, Limits, remaining};
 use super::simd::{Kernel, Lanes, Simd};
 
 /// Most monomials.
@@ -124,13 +124,19 @@ impl<const D: usize, const SIZE: usize> Kernel for GradientSweep<'_, D, SIZE> {
             if !wanted(point) {
                 continue;
             }
-            let moved = sums.moved::<D, SIZE>(point, &mut breaking);
+            let mut limits = breaking.as_ref().map(|breaking| breaking.limits);
+            let moved = loop {
+                let masks = remaining(&family, &breaking, point);
+                let (moved, close) = sums.moved::<D, SIZE>(point, (masks, limits));
+                if close == 0 || !breaking.as_mut().is_some_and(|of| of.judged(family, point)) {
+                    break moved;
+                }
+                // Without those that broke.
+                limits = None;
+            };
+            let masks = remaining(&family, &breaking, point);
             let (first, end) = family.slots(point);
             let blocks = first / 8 - start..end / 8 - start;
-            let masks = match &breaking {
-                Some(breaking) => &breaking.remaining[blocks.clone()],
-                None => family.masks(point),
-            };
             let old = &mut kept.masks[blocks];
             if kept_here[0] == 0.0 || old != masks {
                 // Nothing is kept while masks and rows do not belong together, should a panic come between.
@@ -187,26 +193,27 @@ struct Sums<'a, S> {
 }
 
 impl<S: Simd> Sums<'_, S> {
-    /// sum w du q^T V; bonds break first.
+    /// sum w du q^T V, and with limits which bonds come close to theirs.
     #[inline(always)]
     fn moved<const D: usize, const SIZE: usize>(
         &self,
         point: usize,
-        breaking: &mut Option<BreakHere<'_>>,
-    ) -> [[f64; SIZE]; D] {
+        (masks, limits): (&[u8], Option<Limits<'_>>),
+    ) -> ([[f64; SIZE]; D], u8) {
         let Self { simd, family, .. } = *self;
+        let mut close = 0;
         let own = family.own(simd, point);
         let mut sum = [[simd.splat(0.0); SIZE]; D];
         let (start, end) = family.slots(point);
         for slot in (start..end).step_by(S::WIDTH) {
             let bonds = family.bonds::<S, D>(simd, &own, slot);
-            let mut bits = family.bits(slot);
-            if let Some(breaking) = breaking {
-                breaking.at(simd, &family, (point, slot), &bonds.lengths(simd), &mut bits);
+            let bits = masks[(slot - start) / 8] >> (slot % 8);
+            if let Some(limits) = limits {
+                close |= limits.close(simd, &family, (point, slot), &bonds.lengths(simd), bits);
             }
             self.add(&mut sum, slot, bits, &bonds, &bonds.moved);
         }
-        totals(&sum)
+        (totals(&sum), close)
     }
 
     /// Adds w du q^T V of the bonds from a slot on.

@@ -216,7 +216,7 @@ impl<const D: usize> Kernel for PullAlong<'_, D> {
             for slot in (start..end).step_by(S::WIDTH) {
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
                 let at = bonds.lengths(simd).stretches(simd, &family, slot);
-                let both = both_ends(simd, pulls, backs, slot);
+                let both = both_ends(simd, pulls, backs, family.lane(slot));
                 let pull = (both * bonds.volume * at.shrunk).only(simd.mask(family.bits(slot)));
                 let deformed = bonds.deformed();
                 for axis in 0..D {

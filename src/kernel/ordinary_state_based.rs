@@ -8,8 +8,9 @@
 
 use std::ops::Range;
 
-use super::family::{BreakHere, Family, Record};
+use super::family::{BreakHere, Family, Limits, Record, remaining};
 use super::simd::{Kernel, Lanes, Simd};
+use crate::families::LANES;
 
 /// The first sweep: what the ends of bonds pull at their own points, and records with a V and b V for the second.
 pub(crate) struct OwnPull<'a, M, const D: usize, const PER_LENGTH: bool> {
@@ -33,38 +34,17 @@ where
         let Self { family, pulls, range, force, left, mut breaking } = self;
         let (forces, _) = force.as_chunks_mut::<D>();
         for ((force, left), point) in forces.iter_mut().zip(left).zip(range) {
-            let zero = simd.splat(0.0);
-            let own = family.own(simd, point);
-            let (mut weighted, mut sum) = (zero, zero);
-            let (mut shear, mut dilated) = ([zero; D], [zero; D]);
-            let (start, end) = family.slots(point);
-            for slot in (start..end).step_by(S::WIDTH) {
-                let bonds = family.bonds::<S, D>(simd, &own, slot);
-                let lengths = bonds.lengths(simd);
-                let mut bits = family.bits(slot);
-                if let Some(breaking) = &mut breaking {
-                    breaking.at(simd, &family, (point, slot), &lengths, &mut bits);
+            let mut limits = breaking.as_ref().map(|breaking| breaking.limits);
+            let sums = loop {
+                let masks = (remaining(&family, &breaking, point), limits);
+                let (sums, close) = own_sums::<S, PER_LENGTH, D>(simd, &family, point, masks);
+                if close == 0 || !breaking.as_mut().is_some_and(|of| of.judged(family, point)) {
+                    break sums;
                 }
-                let mask = simd.mask(bits);
-                let at = lengths.stretches(simd, &family, slot);
-                let weight = family.weighted(simd, slot, &bonds.reference, bonds.volume);
-                let along = if PER_LENGTH {
-                    weight * family.inverse_lengths(simd, slot, &bonds.reference)
-                } else {
-                    weight
-                };
-                let moment = (along * lengths.squared).only(mask);
-                weighted = weighted + moment;
-                sum = sum + (moment * at.stretch).only(mask);
-                let dilating = (along * at.shrunk).only(mask);
-                let shearing = if PER_LENGTH { weight * at.shrunk } else { dilating };
-                let shearing = (shearing * at.stretch).only(mask);
-                let deformed = bonds.deformed();
-                for axis in 0..D {
-                    shear[axis] = shearing.mul_add(deformed[axis], shear[axis]);
-                    dilated[axis] = dilating.mul_add(deformed[axis], dilated[axis]);
-                }
-            }
+                // Without those that broke.
+                limits = None;
+            };
+            let OwnSums { weighted, sum, shear, dilated } = sums;
             let [a, b] = pulls(point, [weighted.total(), sum.total()]);
             for axis in 0..D {
                 force[axis] = a * shear[axis].total() + b * dilated[axis].total();
@@ -74,6 +54,59 @@ where
             left[3] *= a;
         }
     }
+}
+
+/// What a point sums up in the first sweep.
+struct OwnSums<F, const D: usize> {
+    weighted: F,
+    sum: F,
+    /// What a and b are multiplied with.
+    shear: [F; D],
+    dilated: [F; D],
+}
+
+/// The sums over the bonds of a point that are in its masks, and with limits which bonds come close to theirs.
+#[inline(always)]
+fn own_sums<S: Simd, const PER_LENGTH: bool, const D: usize>(
+    simd: S,
+    family: &Family<'_>,
+    point: usize,
+    (masks, limits): (&[u8], Option<Limits<'_>>),
+) -> (OwnSums<S::Lanes, D>, u8) {
+    let zero = simd.splat(0.0);
+    let own = family.own(simd, point);
+    let (mut weighted, mut sum) = (zero, zero);
+    let (mut shear, mut dilated) = ([zero; D], [zero; D]);
+    let mut close = 0;
+    let (start, end) = family.slots(point);
+    for slot in (start..end).step_by(S::WIDTH) {
+        let bonds = family.bonds::<S, D>(simd, &own, slot);
+        let lengths = bonds.lengths(simd);
+        let bits = masks[(slot - start) / LANES] >> (slot % LANES);
+        if let Some(limits) = limits {
+            close |= limits.close(simd, family, (point, slot), &lengths, bits);
+        }
+        let mask = simd.mask(bits);
+        let at = lengths.stretches(simd, family, slot);
+        let weight = family.weighted(simd, slot, &bonds.reference, bonds.volume);
+        let along = if PER_LENGTH {
+            weight * family.inverse_lengths(simd, slot, &bonds.reference)
+        } else {
+            weight
+        };
+        let moment = (along * lengths.squared).only(mask);
+        weighted = weighted + moment;
+        sum = sum + (moment * at.stretch).only(mask);
+        let dilating = (along * at.shrunk).only(mask);
+        let shearing = if PER_LENGTH { weight * at.shrunk } else { dilating };
+        let shearing = (shearing * at.stretch).only(mask);
+        let deformed = bonds.deformed();
+        for axis in 0..D {
+            shear[axis] = shearing.mul_add(deformed[axis], shear[axis]);
+            dilated[axis] = dilating.mul_add(deformed[axis], dilated[axis]);
+        }
+    }
+    (OwnSums { weighted, sum, shear, dilated }, close)
 }
 
 /// The second sweep: adds what the other ends of bonds pull. Gives the first point whose force is not finite.

@@ -64,7 +64,8 @@ where
                     own[row][column] = gradients[row][column][lane];
                 }
             }
-            let (energy, stress) = (self.0)(point, slot + lane, names[lane] as usize, &own);
+            let (energy, stress) =
+                (self.0)(point, family.lane(slot + lane), names[lane] as usize, &own);
             energies[lane] = energy;
             for row in 0..D {
                 for column in 0..D {
