@@ -24,7 +24,7 @@ pub(crate) const NOBODY: u32 = u32::MAX;
 /// Cells a point that a lattice may have; more waste memory on emptiness.
 const CELLS_PER_POINT: usize = 4;
 
-/// Lanes that a point may have where sweeps name those of a few points at a time.
+/// Lanes that a point may have, since sweeps name those of a few points at a time: in 3D up to 12 spacings.
 pub(crate) const MOST_LANES: usize = 8192;
 
 /// A vector from a point of the lattice to a neighbour.
@@ -69,8 +69,8 @@ pub(crate) struct Lattice {
     pub(crate) seat_of: Vec<u32>,
     /// Number of members.
     pub(crate) count: usize,
-    /// A member of each kind, where there are several: bonds of a member lead to points of its own kind alone.
-    pub(crate) samples: Vec<u32>,
+    /// A member of each kind, where kinds are told apart: bonds of a member lead to points of its own kind alone.
+    samples: Vec<u32>,
     /// Of each group, which of these its members are like; empty where there is one kind.
     kinds: Vec<u16>,
     /// First cell of the first row.
@@ -282,7 +282,17 @@ impl Lattice {
         Ok(())
     }
 
-    /// Which of the samples the members of a group are like, or 0.
+    /// A point that the members of a kind are like.
+    pub(crate) fn sample(&self, kind: usize) -> usize {
+        self.samples.get(kind).map_or(0, |&sample| sample as usize)
+    }
+
+    /// Number of kinds.
+    pub(crate) fn kinds(&self) -> usize {
+        self.samples.len().max(1)
+    }
+
+    /// Kind of the members of a group.
     pub(crate) fn kind(&self, group: usize) -> usize {
         self.kinds.get(group).map_or(0, |&kind| kind as usize)
     }

@@ -42,6 +42,14 @@ impl<T> ByModel<T> {
         self.values.iter().any(is)
     }
 
+    /// Whether there are several.
+    pub(super) fn differ(&self) -> bool
+    where
+        T: PartialEq,
+    {
+        self.values.iter().any(|value| *value != self.values[0])
+    }
+
     /// The value, if all points share it.
     pub(super) fn only(&self) -> Option<&T> {
         match &self.values[..] {
@@ -83,7 +91,7 @@ impl Weights {
         let influence = ByModel::new(materials, influence)?;
         let first = *influence.at(0);
         Ok(Self {
-            common: (!influence.any(|other| *other != first)).then_some(first),
+            common: (!influence.differ()).then_some(first),
             influence,
             horizons: materials.horizons.copied()?,
             correction: None,

@@ -87,11 +87,14 @@ impl Baqp {
         let on = OnLattice::breaking(scene, (lattice, &rows.state), rule, resting);
         let order = Order { order: self.order, looks_twice: true };
         let any_odd = Cell::new(false);
+        // Members have bonds with those, too.
+        let odd_beyond = beyond.as_ref().is_some_and(|beyond| beyond.kept.any_odd());
         let first = |parts: &mut Parts<'_, D, M>| {
             let take = |_: &mut [f64], left: Columns<'_, M>, gradients: Gradients<'_, D>| {
                 gradients.give(&mut Halves(left.parted::<A, N>().0.values));
             };
-            any_odd.set(rows.sweep(&on, scene, (order, omega.horizon), parts, 2, take));
+            let odd = rows.sweep(&on, scene, (order, omega.horizon), parts, 2, take);
+            any_odd.set(odd || odd_beyond);
         };
         let second = |parts: Parts<'_, D, M>, scene: &Scene<'_>, force: &mut [f64]| {
             let Parts { groups, seats, unit, mut masks, mut forces, left, .. } = parts;

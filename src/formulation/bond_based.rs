@@ -12,6 +12,7 @@ use super::calm::{Calm, Look, Resting};
 use super::constants;
 use super::on_lattice::{LatticeState, OnLattice};
 use super::ordinary_state_based::extension;
+use super::seam::Seam;
 use super::surface::{Correction, Surface};
 use super::{
     EnergyPart, Formulation, FormulationEntry, Kinematics, LimitsFollow, Materials, Read, Scene,
@@ -61,6 +62,8 @@ struct BondBased {
     limits: LimitsFollow,
     /// What sweeps over the lattice hold, where there is one.
     lattice: Option<LatticeState>,
+    /// Where the lattice ends, if it does.
+    seam: Option<Seam>,
     /// What is known of where nothing happens.
     calm: Option<Calm>,
 }
@@ -120,7 +123,7 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
     let laws = ByModel::new(materials, |model| {
         Ok(Law::with(&elastic(model, materials.dimension)?, model, materials.dimension))
     })?;
-    let (correction, lattice) = (None, None);
+    let (correction, lattice, seam) = (None, None, None);
     let limits = LimitsFollow::Nothing;
     Ok(Box::new(BondBased {
         bond_constants,
@@ -130,6 +133,7 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         laws,
         limits,
         lattice,
+        seam,
         breaks: false,
         calm: None,
     }))
@@ -256,6 +260,7 @@ impl Formulation for BondBased {
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
         if let Some(lattice) = &scene.families.lattice {
             self.lattice = Some(LatticeState::new(scene, lattice, 0)?);
+            self.seam = Seam::new(scene, lattice)?;
         }
         if let Some(reach) = scene.families.reach.uniform_radius()
             && matches!(self.bond_constants, Property::Uniform(_))
@@ -296,14 +301,15 @@ impl Formulation for BondBased {
                 let look = self.calm.as_ref().map(|calm| calm.look(scene));
                 let lattice = self.on_lattice(scene, rule, look.as_ref());
                 let (look, constants) = (look.as_ref(), None);
-                let bonds = BondForces { law, lattice, look, constants };
+                let bonds = BondForces { law, lattice, constants, seam: self.seam.as_ref(), look };
                 forces(scene, &bonds, scratch, force, &mut breaking)
             }
             None => {
                 let (lattice, constants) =
                     (self.on_lattice(scene, rule, None), &self.bond_constants);
                 let constants = Some(constants);
-                let bonds = BondForces { law: various, lattice, look: None, constants };
+                let seam = self.seam.as_ref();
+                let bonds = BondForces { law: various, lattice, constants, seam, look: None };
                 forces(scene, &bonds, scratch, force, &mut breaking)
             }
         };
@@ -377,6 +383,7 @@ impl Formulation for BondBased {
             + self.weights.bytes()
             + self.laws.bytes()
             + self.lattice.as_ref().map_or(0, LatticeState::bytes)
+            + self.seam.as_ref().map_or(0, Seam::bytes)
             + self.calm.as_ref().map_or(0, Calm::bytes)
     }
 }

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::bond_laws::Various;
 use super::calm::{Bonds, Look};
 use super::on_lattice::{OnLattice, Parts, by_state};
+use super::seam::Seam;
 use super::{Scene, in_lanes};
 use crate::damage::Breaking;
 use crate::families::lattice::NOBODY;
@@ -26,6 +27,8 @@ pub(super) struct BondForces<'a, L> {
     pub(super) lattice: Option<OnLattice<'a>>,
     /// Bond constants of points, where models differ by them and groups of a lattice pull by those of their kind.
     pub(super) constants: Option<&'a Property>,
+    /// Where the lattice ends, if it does.
+    pub(super) seam: Option<&'a Seam>,
     /// Where nothing happens.
     pub(super) look: Option<&'a Look<'a>>,
 }
@@ -81,7 +84,7 @@ impl<L: BondLaw> BondForces<'_, L> {
                     let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
                     let range = range.start / LANES..range.end / LANES;
                     let skips_bare = scene.skips.without_bonds;
-                    let (force, sample) = (force.0, on.lattice.samples.get(kind));
+                    let force = force.0;
                     scene.simd.run(BondSweep {
                         groups,
                         range,
@@ -89,8 +92,8 @@ impl<L: BondLaw> BondForces<'_, L> {
                         breaks,
                         skips_bare,
                     });
-                    if let (Some(constants), Some(&sample)) = (self.constants, sample) {
-                        let constant = constants.at(sample as usize);
+                    if let Some(constants) = self.constants {
+                        let constant = constants.at(on.lattice.sample(kind));
                         force.iter_mut().for_each(|force| *force *= constant);
                     }
                 };
@@ -114,7 +117,8 @@ impl<L: BondLaw> BondForces<'_, L> {
     ) -> usize {
         let (law, count) = (self.law, scene.places.len());
         let seats = self.lattice.as_ref().map(|on| &on.lattice.seat_of[..]);
-        let records = records_of::<LEAN, D>(scene, scratch);
+        let wanted = |first: usize| STEPS || self.seam.is_none_or(|seam| seam.is_near(first));
+        let records = records_of::<LEAN, D>(scene, scratch, wanted);
         let cloud = Cloud::new(scene.families, records, scene.bonds.intact);
         let bad = AtomicUsize::new(usize::MAX);
         let threshold = law.least_threshold();
@@ -150,7 +154,7 @@ pub(super) fn energies<const D: usize>(
     scratch: &mut [f64],
     density: &mut [f64],
 ) {
-    let records = records_of::<true, D>(scene, scratch);
+    let records = records_of::<true, D>(scene, scratch, |_| true);
     let cloud = Cloud::new(scene.families, records, scene.bonds.intact);
     let has_steps = scene.families.lattice.is_some();
     scene.workers.sweep(scene.places.len(), PerPoint(density, 1), |range, density| {
@@ -171,7 +175,7 @@ pub(super) fn fields<const D: usize>(
     values: PerPoint<'_, f64>,
     give: impl Fn(usize, &BondSums<f64, D>, &mut [f64]) + Sync,
 ) {
-    let records = records_of::<true, D>(scene, scratch);
+    let records = records_of::<true, D>(scene, scratch, |_| true);
     let cloud = Cloud::new(scene.families, records, scene.bonds.intact);
     let has_steps = scene.families.lattice.is_some();
     scene.workers.sweep(scene.places.len(), values, |range, PerPoint(values, width)| {
@@ -196,15 +200,19 @@ fn rest<const D: usize>(range: Range<usize>, seats: Option<&[u32]>, force: &mut 
     }
 }
 
-/// A record of each point, in the scratch.
+/// A record of each point, in the scratch, but for blocks that are not wanted, by their first points.
 fn records_of<'a, const LEAN: bool, const D: usize>(
     scene: &Scene<'_>,
     scratch: &'a mut [f64],
+    wanted: impl Fn(usize) -> bool + Sync,
 ) -> &'a [Record] {
     let count = scene.places.len();
     let (records, _) = in_lanes::table(scratch, count);
     let (shifts, _) = scene.displacement.as_chunks::<D>();
     scene.workers.sweep(count, PerPoint(&mut *records, 1), |range, records| {
+        if !wanted(range.start) {
+            return;
+        }
         for (record, point) in records.0.iter_mut().zip(range) {
             *record = [0.0; 8];
             record[..4].copy_from_slice(&scene.places[point]);

@@ -136,8 +136,10 @@ pub(super) fn sweep_some<O: Outputs>(
     scene.workers.sweep(scene.places.len(), outputs, |range, outputs| {
         if family.is_whole() {
             leaf(family, range, outputs);
+        } else if members {
+            by_runs(family, range, outputs, &mut [0; MOST_LANES], &leaf);
         } else {
-            by_runs(family, range, outputs, members, &leaf);
+            by_runs(family, range, outputs, &mut [], &leaf);
         }
     });
 }
@@ -145,27 +147,28 @@ pub(super) fn sweep_some<O: Outputs>(
 /// What a sweep does with a part of a family.
 type Part<'a, O> = &'a (dyn Fn(Family<'_>, Range<usize>, O) + Sync);
 
-/// Calls `leaf` for points that are alike, if they have lists or with `members`: for a few at a time, with the names of their lanes.
+/// Calls `leaf` for runs of points that have lists, and if there is room for names for members: for a few at a time, with the
+/// names of their lanes.
 #[inline(never)]
 fn by_runs<O: Outputs>(
     family: Family<'_>,
     range: Range<usize>,
     outputs: O,
-    members: bool,
+    names: &mut [u32],
     leaf: Part<'_, O>,
 ) {
-    let (mut start, mut outputs, mut names) = (range.start, outputs, [0; MOST_LANES]);
+    let (mut start, mut outputs) = (range.start, outputs);
     while start < range.end {
         let (mut end, listed) = family.run(start..range.end);
         let part = if listed {
             Some(family.listed(start..end))
-        } else if members {
+        } else if names.is_empty() {
+            None
+        } else {
             let room = &mut names[..NAMED.max(family.lanes(start))];
             let (part, last) = family.named(start..end, room);
             end = last;
             Some(part)
-        } else {
-            None
         };
         let (own, others) = outputs.split(start, end);
         if let Some(part) = part {

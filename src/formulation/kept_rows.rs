@@ -187,6 +187,11 @@ pub(super) struct Points<'a> {
 }
 
 impl Points<'_> {
+    /// Whether the sweep has come upon points whose families do not span the body.
+    pub(super) fn any_odd(&self) -> bool {
+        self.any_odd
+    }
+
     pub(super) fn at<const D: usize, const SIZE: usize>(&self, point: usize) -> Point<'_, D, SIZE> {
         let each = kept_width(D, SIZE);
         Point(&self.guard.numbers[point * each..(point + 1) * each])

@@ -118,7 +118,7 @@ impl LatticeState {
             masks: workers.filled(0, lattice.groups.len() * lattice.row(), PURPOSE)?,
             edition: None,
             columns: workers.filled(0.0, numbers, PURPOSE)?,
-            legs: memory::filled(Leg::default(), lattice.stencil.len() * kinds(lattice), PURPOSE)?,
+            legs: memory::filled(Leg::default(), lattice.stencil.len() * lattice.kinds(), PURPOSE)?,
             forces: workers.filled(0.0, seats * scene.dimension, PURPOSE)?,
             broke: workers.filled(false, seats, PURPOSE)?,
         };
@@ -139,11 +139,6 @@ impl LatticeState {
 /// Numbers from one column of the cells to the next.
 fn stride(lattice: &Lattice) -> usize {
     lattice.point_of.len().next_multiple_of(512) + STAGGER
-}
-
-/// How many kinds of members there are.
-fn kinds(lattice: &Lattice) -> usize {
-    lattice.samples.len().max(1)
 }
 
 /// A power of two near the lengths of the stencil.
@@ -227,8 +222,7 @@ impl<'a> OnLattice<'a> {
 
     /// (l/L)^2 - 1 of bonds of a kind that come close to their limit.
     fn threshold(&self, kind: usize) -> f64 {
-        let sample = self.lattice.samples.get(kind).map_or(0, |&sample| sample as usize);
-        let critical = self.limits.rule.and_then(|rule| rule.among(sample));
+        let critical = self.limits.rule.and_then(|rule| rule.among(self.lattice.sample(kind)));
         close_to(critical.unwrap_or(f64::INFINITY))
     }
 

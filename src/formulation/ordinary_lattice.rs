@@ -37,8 +37,7 @@ impl Lps {
         let rule = breaking.as_ref().map(|breaking| breaking.rule);
         let on = OnLattice::breaking(scene, (lattice, state), rule, resting);
         let moduli = |kind: usize| {
-            let sample = lattice.samples.get(kind).map_or(0, |&sample| sample as usize);
-            let [kappa, deviatoric] = *self.moduli.at(sample);
+            let [kappa, deviatoric] = *self.moduli.at(lattice.sample(kind));
             Moduli { kappa, deviatoric }
         };
         let influence = |length: f64| omega.at(length);

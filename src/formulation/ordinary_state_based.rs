@@ -168,7 +168,7 @@ impl Passes for Lps {
     }
 
     fn models_differ(&self) -> Option<bool> {
-        Some(self.moduli.only().is_none())
+        Some(self.moduli.differ())
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {

@@ -79,7 +79,12 @@ impl Seam {
         scene: &Scene<'_>,
         scratch: &'a mut [f64],
     ) -> (&'a [Record], &'a mut [f64]) {
-        in_lanes::record_some::<D>(scene, scratch, |first| self.blocks[first / BLOCK])
+        in_lanes::record_some::<D>(scene, scratch, |first| self.is_near(first))
+    }
+
+    /// Whether the block that begins with a point has any that has no seat, or has bonds with such.
+    pub(super) fn is_near(&self, first: usize) -> bool {
+        self.blocks[first / BLOCK]
     }
 }
 

@@ -189,6 +189,41 @@ fn part_lattice_and_part_cloud(formulation: &str, level: SimdLevel) {
     assert_eq!(state_bits(&lattice), state_bits(&run(true, 3)));
 }
 
+/// A point beside the lattice that hangs by one or two bonds, and nobody else's family is torn: members have bonds with a
+/// family that does not span the body.
+#[test]
+fn a_point_beside_a_lattice_may_hang_by_a_few_bonds() {
+    let block = Points::block(3, &[0.0; 3], &[12.0, 12.0, 20.0], 1.0).unwrap();
+    let mut random = Random(8);
+    let mut coordinates = block.coordinates().to_vec();
+    for place in coordinates.chunks_exact_mut(3).filter(|place| place[2] > 16.0) {
+        place.iter_mut().for_each(|x| *x += random.between(-0.2, 0.2));
+    }
+    let points = Points::new(3, &coordinates, block.volumes()).unwrap();
+    let displacement = Random(9).around_zero(3 * points.count(), 1e-3);
+    let hanging = 5 + 12 * (8 + 12 * 14);
+    for (formulation, left) in ON_LATTICES.into_iter().flat_map(|f| [(f, 1), (f, 2)]) {
+        for level in levels() {
+            let [cloud, lattice] = [false, true].map(|lattices| {
+                let mut simulation = Simulation::new(&points, &model(formulation, 2.015)).unwrap();
+                simulation.set_lattices(lattices).unwrap();
+                simulation.set_simd(level).unwrap();
+                let own = |&(pair, ..): &([usize; 2], f64, f64)| pair.contains(&hanging);
+                let pairs = bonds(&simulation).into_iter().filter(own).map(|(pair, ..)| pair);
+                // The lowest are left, which are members.
+                let mut pairs: Vec<_> = pairs.collect();
+                pairs.sort_unstable_by_key(|pair| pair[0].min(pair[1]));
+                simulation.break_bonds(&pairs[left..]).unwrap();
+                simulation.set(Field::Displacement, &displacement).unwrap();
+                simulation.evaluate().unwrap();
+                simulation.get(Field::InternalForce).unwrap()
+            });
+            let distance = distance(&cloud, &lattice);
+            assert!(distance < 1e-12, "{formulation}, {level:?}, {left}: {distance}");
+        }
+    }
+}
+
 /// On every level, with threads, whole families and torn ones down to sheets and single points.
 #[test]
 fn lattices_of_all_formulations_break_as_clouds() {
