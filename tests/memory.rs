@@ -272,6 +272,34 @@ fn a_lattice_keeps_no_bonds() {
     assert!((bytes + 15.0..bytes + 17.0).contains(&bonds(&simulation)));
 }
 
+/// In two sweeps and three, and what energies of bonds that break need.
+#[test]
+fn lattices_of_other_formulations_keep_none_either() {
+    let _alone = alone();
+    let points = Points::block(3, &[0.0; 3], &[48.0; 3], 1.0).unwrap();
+    for (formulation, most, breaking) in [
+        ("ordinary_state_based", 400.0, 146.0),
+        ("correspondence", 765.0, 146.0),
+        ("bond_associated_quadrature", 880.0, 243.0),
+    ] {
+        let mut model = Model::new(formulation).unwrap();
+        let keys = [("density", 1.0), ("youngs_modulus", 1.0), ("horizon", 3.015)];
+        for (key, value) in keys.into_iter().chain([("poissons_ratio", 0.2)]) {
+            model.set(key, value).unwrap();
+        }
+        let bytes = |model: &Model| {
+            let simulation = Simulation::new(&points, model).unwrap();
+            simulation.bond_count().unwrap();
+            simulation.memory().total() as f64 / points.count() as f64
+        };
+        let whole = bytes(&model);
+        assert!((0.95 * most..most).contains(&whole), "{formulation}: {whole}");
+        model.set("critical_stretch", 0.1).unwrap();
+        let more = bytes(&model) - whole;
+        assert!((0.95 * breaking..breaking).contains(&more), "{formulation}: {more}");
+    }
+}
+
 #[test]
 fn the_bytes_told_are_the_bytes_held() {
     let _alone = alone();

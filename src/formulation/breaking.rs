@@ -9,7 +9,7 @@
 use super::in_lanes::HowTheyBreak;
 use super::{EnergyPart, Scene, in_lanes};
 use crate::damage::{self, BondsView, Breaking};
-use crate::kernel::family::{BreakSweep, Omega, Record};
+use crate::kernel::family::{BreakSweep, Omega};
 use crate::workers::PerPoint;
 
 /// Breaks in the masks aside what is stretched beyond its limit; whether there was any. Needs [`room`].
@@ -41,7 +41,12 @@ fn sweep_stretches<const D: usize>(
 
 /// Numbers that breaking and booking write aside.
 pub(super) fn room(points: usize, dimension: usize) -> usize {
-    points * (3 + dimension).max(size_of::<Record>() / size_of::<f64>()) + in_lanes::SLACK
+    room_of_booking(points, dimension).max(in_lanes::room_of_records(points))
+}
+
+/// Those of booking alone.
+pub(super) fn room_of_booking(points: usize, dimension: usize) -> usize {
+    points * (3 + dimension)
 }
 
 /// Points that broken bonds are near to.

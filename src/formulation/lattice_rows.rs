@@ -1,4 +1,4 @@
-//! What formulations of a deformation gradient share on a body that is a lattice: what makes the gradients of seats, kept
+//! What formulations of a deformation gradient share on the part of a body that is a lattice: what makes the gradients of seats, kept
 //! as `kept_rows` keeps it of points, and the sweeps that make them and pull by them.
 
 use std::ops::Range;

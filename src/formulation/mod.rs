@@ -190,7 +190,7 @@ pub(crate) trait Formulation: Send + Sync {
         LatticeUse::None
     }
 
-    /// Takes note of whether bonds will break, and whether all will at one stretch, so that sweeps that break none run as
+    /// Takes note of whether bonds will break, and of what it follows from when, so that sweeps that break none run as
     /// those that do.
     fn know_limits(&mut self, _any: bool, _follow: LimitsFollow) {}
 

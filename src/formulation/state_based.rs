@@ -276,7 +276,7 @@ impl<P: Passes> StateBased<P> {
 
     /// Books what points lose by the bonds that have broken.
     fn book(&self, scene: &Scene<'_>, scratch: &mut [f64], breaking: &mut Breaking<'_>) {
-        let room = breaking::room(scene.places.len(), scene.dimension);
+        let room = breaking::room_of_booking(scene.places.len(), scene.dimension);
         let (scratch, own) = scratch.split_at_mut(scratch.len() - room);
         let needs_pass = self.passes.energy_needs_pass();
         breaking::book(scene, breaking, own, needs_pass, |scene, near, part, density| {
@@ -376,7 +376,8 @@ impl<P: Passes> Formulation for StateBased<P> {
         if !breaks {
             return 0;
         }
-        self.passes.room_of_energies(points, dimension) + breaking::room(points, dimension)
+        self.passes.room_of_energies(points, dimension)
+            + breaking::room_of_booking(points, dimension)
     }
 
     fn was_stopped(&self) -> bool {
