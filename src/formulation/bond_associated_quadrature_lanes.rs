@@ -11,6 +11,7 @@ use super::body::Body;
 use super::bond_associated_quadrature::{Baqp, MOST_LEFT, before_rows};
 use super::calm::Resting;
 use super::correspondence::gradient_at;
+use super::in_lanes::Which;
 use super::kept_rows::{Order, Point, Points, Sweep, leave, pull};
 use super::kinematics::Kinematics;
 use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
@@ -103,7 +104,7 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
         leaf: impl Fn(Middles<'_, GRADIENT>, Range<usize>, O) + Sync,
     ) {
         let Middles { family, table } = self.middles;
-        in_lanes::sweep(self.body.scene, family, outputs, |family, range, outputs| {
+        in_lanes::sweep(self.body.scene, family, Which::All, outputs, |family, range, outputs| {
             leaf(Middles { family, table }, range, outputs);
         });
     }
@@ -152,7 +153,7 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
     ) {
         let (scene, Middles { family, table }) = (self.body.scene, self.middles);
         let outputs = (PerPoint(force, D), PerPoint(left, 1));
-        in_lanes::sweep_listed(scene, family, outputs, |family, range, (force, left)| {
+        in_lanes::sweep(scene, family, Which::Listed, outputs, |family, range, (force, left)| {
             if self.resting.block(range.start, 1) {
                 return;
             }

@@ -11,6 +11,7 @@ use super::body::Body;
 use super::bond_associated_quadrature::{Baqp, before_rows};
 use super::bond_associated_quadrature_lanes::{GRADIENT, halves_of_row, left_of, row_of_halves};
 use super::correspondence::gradient_at;
+use super::in_lanes::Which;
 use super::kept_rows::{Order, Points, Sweep, pull};
 use super::lattice_rows::{self as on_lattice, Gradients, LatticeRows, Seat};
 use super::on_lattice::{Columns, OnLattice, Parts, by_state, unit_of};
@@ -78,7 +79,7 @@ impl Baqp {
             let (records, rest) = seam.record::<D>(scene, room.tables);
             let (gradients, rest) = in_lanes::table(rest, count);
             let (left, _) = in_lanes::table::<C>(rest, count);
-            let sweep = Sweep { members: false, ..Sweep::new(scene, omega, records) };
+            let sweep = Sweep { which: Which::Listed, ..Sweep::new(scene, omega, records) };
             let sweep = sweep.resting(resting, 2);
             let kept = self.swept_gradients::<D, D>(sweep, gradients, breaking, |_| true);
             Beyond { seam, sweep, gradients, kept, left }

@@ -6,7 +6,7 @@
 //! Q(u_n) + 1/2 dQ/du (u_n+1 - u_n) is lost. To second order that is 2 Q(u_n+1/2) - (Q(u_n) + Q(u_n+1))/2,
 //! which each point can say of its own energy.
 
-use super::in_lanes::HowTheyBreak;
+use super::in_lanes::{HowTheyBreak, Which};
 use super::{EnergyPart, Scene, in_lanes};
 use crate::damage::{self, BondsView, Breaking};
 use crate::kernel::family::{BreakSweep, Omega};
@@ -33,7 +33,7 @@ fn sweep_stretches<const D: usize>(
     let (records, _) = in_lanes::record::<D>(scene, room);
     let family = in_lanes::family(scene, records, Omega::EVEN);
     let (masks, how) = HowTheyBreak::of(scene, breaking);
-    in_lanes::sweep(scene, family, masks, |family, range, masks| {
+    in_lanes::sweep(scene, family, Which::All, masks, |family, range, masks| {
         let breaking = how.here(range.start, masks);
         scene.simd.run(BreakSweep::<D> { family, range, breaking });
     });

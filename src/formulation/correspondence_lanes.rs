@@ -6,6 +6,7 @@ use super::body::Body;
 use super::breaking::Near;
 use super::correspondence::{Correspondence, deformation_at, gradient_at};
 use super::gradient::Gradient;
+use super::in_lanes::Which;
 use super::kept_rows::{
     Order, Point, Points, Sweep, collocate, leave, leave_penalty, pull, pull_with_penalty,
 };
@@ -231,7 +232,7 @@ impl Correspondence {
         breaking: &mut Option<Breaking<'_>>,
         outputs: (&mut [f64], &mut [[f64; C]]),
     ) -> Option<usize> {
-        let (sweep, bad) = (Sweep { members: false, ..sweep }, AtomicUsize::new(usize::MAX));
+        let (sweep, bad) = (Sweep { which: Which::Listed, ..sweep }, AtomicUsize::new(usize::MAX));
         let pulls = Pulls { correspondence: self, records: sweep.records, bad };
         drop(self.elastic_pulls::<D, D, C, false>(sweep, breaking, &pulls, outputs));
         in_lanes::first(pulls.bad)

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::{Body, ByModel, Link, Weights};
 use super::calm::Resting;
-use super::in_lanes::HowTheyBreak;
+use super::in_lanes::{HowTheyBreak, Which};
 use super::ordinary_state_based::extension;
 use super::passes::{EnergySweep, FieldSweep, ForceSweep};
 use super::{Kinematics, Scene, in_lanes};
@@ -51,15 +51,21 @@ pub(super) fn own_pulls<const D: usize, const PER_LENGTH: bool>(
 ) {
     let (masks, how) = HowTheyBreak::if_any(scene, breaking);
     let outputs = (PerPoint(force, D), PerPoint(left, 1), masks);
-    in_lanes::sweep_listed(scene, family, outputs, |family, range, (force, left, masks)| {
-        let breaking = masks.zip(how).map(|(masks, how)| how.here(range.start, masks));
-        if resting.block(range.start, 1) {
-            return;
-        }
-        let (force, left, pulls) = (force.0, left.0, &pulls);
-        let sweep = OwnPull::<_, D, PER_LENGTH> { family, pulls, range, force, left, breaking };
-        scene.simd.run(sweep);
-    });
+    in_lanes::sweep(
+        scene,
+        family,
+        Which::Listed,
+        outputs,
+        |family, range, (force, left, masks)| {
+            let breaking = masks.zip(how).map(|(masks, how)| how.here(range.start, masks));
+            if resting.block(range.start, 1) {
+                return;
+            }
+            let (force, left, pulls) = (force.0, left.0, &pulls);
+            let sweep = OwnPull::<_, D, PER_LENGTH> { family, pulls, range, force, left, breaking };
+            scene.simd.run(sweep);
+        },
+    );
 }
 
 /// The second, with the records that are left. Gives the first point whose force is not finite.
@@ -69,7 +75,7 @@ pub(super) fn other_pulls<const D: usize, const PER_LENGTH: bool>(
     force: &mut [f64],
 ) -> Option<usize> {
     let bad = AtomicUsize::new(usize::MAX);
-    in_lanes::sweep_listed(scene, family, PerPoint(force, D), |family, range, force| {
+    in_lanes::sweep(scene, family, Which::Listed, PerPoint(force, D), |family, range, force| {
         if resting.block(range.start, 0) {
             return force.0.fill(0.0);
         }
@@ -93,7 +99,7 @@ pub(super) fn energies<const D: usize, const PER_LENGTH: bool>(
     let family = in_lanes::family(scene, records, omega);
     let wanted = |point| near.is_none_or(|near| near.wants_energy(point));
     density.fill(0.0);
-    in_lanes::sweep(scene, family, PerPoint(density, 1), |family, range, density| {
+    in_lanes::sweep(scene, family, Which::All, PerPoint(density, 1), |family, range, density| {
         let first = range.start;
         let finish = |point: usize, sums: [f64; 2], squares: f64| {
             density.0[point - first] = energy(point, sums, squares);
@@ -119,7 +125,7 @@ pub(super) fn fields<const D: usize, const PER_LENGTH: bool>(
     let (records, rest) = in_lanes::record::<D>(scene, room.tables);
     let (rows, _) = in_lanes::table::<4>(rest, count);
     let family = in_lanes::family(scene, records, omega);
-    in_lanes::sweep(scene, family, PerPoint(&mut *rows, 1), |family, range, rows| {
+    in_lanes::sweep(scene, family, Which::All, PerPoint(&mut *rows, 1), |family, range, rows| {
         let first = range.start;
         let finish = |point: usize, sums: [f64; 2], _| {
             let [a, b, dilatation] = pulls(point, sums);
@@ -139,7 +145,7 @@ pub(super) fn fields<const D: usize, const PER_LENGTH: bool>(
         (link.own * pull(point) + link.other * pull(link.neighbor), now)
     };
     let pull = ByPoints::<PER_LENGTH>(Table::new(&family, rows));
-    in_lanes::sweep(scene, family, PerPoint(values, width), |family, range, values| {
+    in_lanes::sweep(scene, family, Which::All, PerPoint(values, width), |family, range, values| {
         let first = range.start;
         let finish = |point: usize, sums: &_| {
             let law = laws.at(point);

@@ -105,38 +105,26 @@ pub(super) fn family<'a>(scene: &Scene<'a>, records: &'a [Record], omega: Omega<
 /// Lanes whose other ends are looked up at once where bonds are not listed.
 const NAMED: usize = 2048;
 
-/// Calls `leaf` for parts of all points, each with a family that it can sweep.
+/// Which points of a body are swept.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Which {
+    All,
+    /// Those that have lists of their bonds, and so are no members of a lattice.
+    Listed,
+}
+
+/// Calls `leaf` for parts of the points, each with a family that it can sweep.
 pub(super) fn sweep<O: Outputs>(
     scene: &Scene<'_>,
     family: Family<'_>,
+    which: Which,
     outputs: O,
-    leaf: impl Fn(Family<'_>, Range<usize>, O) + Sync,
-) {
-    sweep_some(scene, family, outputs, true, leaf);
-}
-
-/// The same of the points that have lists of their bonds, those that are no members of a lattice.
-pub(super) fn sweep_listed<O: Outputs>(
-    scene: &Scene<'_>,
-    family: Family<'_>,
-    outputs: O,
-    leaf: impl Fn(Family<'_>, Range<usize>, O) + Sync,
-) {
-    sweep_some(scene, family, outputs, false, leaf);
-}
-
-/// One or the other.
-pub(super) fn sweep_some<O: Outputs>(
-    scene: &Scene<'_>,
-    family: Family<'_>,
-    outputs: O,
-    members: bool,
     leaf: impl Fn(Family<'_>, Range<usize>, O) + Sync,
 ) {
     scene.workers.sweep(scene.places.len(), outputs, |range, outputs| {
         if family.is_whole() {
             leaf(family, range, outputs);
-        } else if members {
+        } else if which == Which::All {
             by_runs(family, range, outputs, &mut [0; MOST_LANES], &leaf);
         } else {
             by_runs(family, range, outputs, &mut [], &leaf);

@@ -9,7 +9,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::body::Weights;
 use super::calm::Resting;
 use super::gradient::{Gradient, width};
-use super::in_lanes::HowTheyBreak;
+use super::in_lanes::{HowTheyBreak, Which};
 use super::{Scene, in_lanes};
 use crate::damage::Breaking;
 use crate::error::Result;
@@ -85,8 +85,7 @@ pub(super) struct Sweep<'a> {
     /// What sweeps for forces leave out, and how many come after that of the gradients.
     pub(super) resting: Resting<'a>,
     pub(super) after: u8,
-    /// Whether members of a lattice are swept, too.
-    pub(super) members: bool,
+    pub(super) which: Which,
 }
 
 impl KeptRows {
@@ -133,7 +132,7 @@ impl KeptRows {
     ) -> Points<'a> {
         let mut guard = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         let Store { numbers, masks: kept_masks } = &mut *guard;
-        let Sweep { scene, omega, resting, after, members, .. } = sweep;
+        let Sweep { scene, omega, resting, after, which, .. } = sweep;
         let (horizon, each) = (omega.horizon, kept_width(D, SIZE));
         let family = sweep.family();
         let keep = |moments: &Moments, kept: &mut [f64]| {
@@ -144,11 +143,11 @@ impl KeptRows {
         let offsets = &scene.families.offsets;
         let kept_masks = Ragged { values: kept_masks, offsets, width: 1 };
         let kept = (PerPoint(&mut numbers[..], each), kept_masks);
-        in_lanes::sweep_some(
+        in_lanes::sweep(
             scene,
             family,
+            which,
             (outputs, masks, kept),
-            members,
             |family, range, (outputs, masks, (numbers, kept_masks))| {
                 let breaking = masks.zip(how).map(|(masks, how)| how.here(range.start, masks));
                 if resting.block(range.start, after) {
@@ -174,7 +173,7 @@ impl KeptRows {
                 }
             },
         );
-        Points { guard, any_odd: any_odd.into_inner(), members }
+        Points { guard, any_odd: any_odd.into_inner(), which }
     }
 }
 
@@ -182,8 +181,7 @@ impl KeptRows {
 pub(super) struct Points<'a> {
     guard: MutexGuard<'a, Store>,
     any_odd: bool,
-    /// Of members of a lattice, too.
-    members: bool,
+    which: Which,
 }
 
 impl Points<'_> {
@@ -211,7 +209,7 @@ impl Points<'_> {
             let mut outputs = PointByPoint::new(outputs, range.start);
             for point in range {
                 let kept = self.at(point);
-                let swept = self.members || scene.families.is_listed(point);
+                let swept = self.which == Which::All || scene.families.is_listed(point);
                 if swept && !kept.spans() {
                     outputs.give(point, |own| finish(point, kept, own));
                 }
@@ -332,7 +330,7 @@ pub(super) fn collocate<const D: usize, const SIZE: usize, const C: usize>(
 
 impl<'a> Sweep<'a> {
     pub(super) fn new(scene: &'a Scene<'a>, omega: Omega<'a>, records: &'a [Record]) -> Self {
-        Self { scene, omega, records, resting: Resting::NEVER, after: 0, members: true }
+        Self { scene, omega, records, resting: Resting::NEVER, after: 0, which: Which::All }
     }
 
     /// That leaves out what rests, with so many sweeps after that of the gradients.
@@ -352,7 +350,7 @@ impl<'a> Sweep<'a> {
     ) -> Option<usize> {
         let bad = AtomicUsize::new(usize::MAX);
         let (scene, force) = (self.scene, PerPoint(force, D));
-        in_lanes::sweep_listed(scene, self.family(), force, |family, range, force| {
+        in_lanes::sweep(scene, self.family(), Which::Listed, force, |family, range, force| {
             if self.resting.block(range.start, 0) {
                 return force.0.fill(0.0);
             }
