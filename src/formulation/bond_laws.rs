@@ -126,8 +126,13 @@ impl Various<'_> {
         self.constant(point, bond.neighbor, bond.length)
     }
 
-    /// Bond constants times integrities, the mean of `BOTH` ends or those of the point; `each`: of bonds that have no constant
-    /// in common.
+    /// Whether a neighbour counts with all of its volume, at both ends.
+    fn is_sharp(&self) -> bool {
+        self.families.reach.is_sharp_and_uniform()
+    }
+
+    /// Bond constants times integrities, the mean of `BOTH` ends or those of the point; `each`: of bonds that are to be asked
+    /// one by one.
     #[inline(always)]
     fn stiffnesses<S: Simd, const BOTH: bool>(
         &self,
@@ -136,10 +141,20 @@ impl Various<'_> {
         inverse: S::Lanes,
         each: impl Fn(Bond) -> f64,
     ) -> S::Lanes {
-        let Some(constant) = self.common.bond_constant else {
-            return one_by_one(simd, part, inverse, each);
+        let constant_of = |point: u32| self.bond_constants.at(point as usize);
+        let mut stiffness = match self.common.bond_constant {
+            Some(constant) => simd.splat(constant),
+            None if self.is_sharp() && self.correction.is_none() => {
+                let own = simd.splat(constant_of(part.point as u32));
+                if BOTH {
+                    let others = simd.each(|lane| constant_of(part.neighbors[lane]));
+                    simd.splat(0.5) * (own + others)
+                } else {
+                    own
+                }
+            }
+            None => return one_by_one(simd, part, inverse, each),
         };
-        let mut stiffness = simd.splat(constant);
         if let Some(correction) = self.correction {
             let mut factor = simd.load(&correction.own[part.slot..]);
             if BOTH && !correction.is_shared() {
@@ -234,13 +249,10 @@ impl BondLaw for Various<'_> {
         inverse: S::Lanes,
         volume: S::Lanes,
     ) -> S::Lanes {
-        let count = match self.common.bond_constant {
-            Some(_) => volume,
-            None => {
-                let share =
-                    |bond: Bond| self.families.reach.share(part.point, bond.neighbor, bond.length);
-                volume * one_by_one(simd, part, inverse, share)
-            }
+        let share = |bond: Bond| self.families.reach.share(part.point, bond.neighbor, bond.length);
+        let count = match self.is_sharp() {
+            true => volume,
+            false => volume * one_by_one(simd, part, inverse, share),
         };
         match self.integrity {
             Some(integrity) => count * simd.load(&integrity[part.slot..]),
