@@ -51,6 +51,26 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0_f64, |most, (x, y)| most.max((x - y).abs())) / largest
 }
 
+/// Forces on points of one volume add up to nothing.
+fn balances(name: &str, simulation: &Simulation) {
+    let forces = simulation.get(Field::InternalForce).unwrap();
+    let size: f64 = forces.iter().map(|force| force.abs()).sum();
+    for axis in 0..3 {
+        let sum: f64 = forces.iter().skip(axis).step_by(3).sum();
+        assert!(sum.abs() < 1e-13 * size, "{name}: {sum}, {size}");
+    }
+}
+
+/// What moves, what is lost, and what is shown of it.
+const SHOWN: [Field; 6] = [
+    Field::Displacement,
+    Field::InternalForce,
+    Field::DissipatedEnergyDensity,
+    Field::StrainEnergyDensity,
+    Field::DeformationGradient,
+    Field::FirstPiolaStress,
+];
+
 /// Fields are the same but for rounding.
 fn agree(name: &str, bodies: [&Simulation; 2], fields: &[Field]) {
     for &field in fields {
@@ -171,12 +191,7 @@ fn part_lattice_and_part_cloud(formulation: &str, level: SimdLevel) {
         simulation.set(Field::Velocity, &velocity).unwrap();
         for _ in 0..12 {
             simulation.step(0.2, 1).unwrap();
-            let forces = simulation.get(Field::InternalForce).unwrap();
-            let size: f64 = forces.iter().map(|force| force.abs()).sum();
-            for axis in 0..3 {
-                let sum: f64 = forces.iter().skip(axis).step_by(3).sum();
-                assert!(sum.abs() < 1e-13 * size, "{sum}, {size}");
-            }
+            balances(formulation, &simulation);
         }
         simulation
     };
@@ -184,18 +199,7 @@ fn part_lattice_and_part_cloud(formulation: &str, level: SimdLevel) {
     assert!(lattice.health().unwrap().broken_bonds > 2000);
     assert_eq!(intact(&cloud), intact(&lattice));
     let name = format!("{formulation}, {level:?}");
-    agree(
-        &name,
-        [&cloud, &lattice],
-        &[
-            Field::Displacement,
-            Field::InternalForce,
-            Field::DissipatedEnergyDensity,
-            Field::StrainEnergyDensity,
-            Field::DeformationGradient,
-            Field::FirstPiolaStress,
-        ],
-    );
+    agree(&name, [&cloud, &lattice], &SHOWN);
     assert_eq!(state_bits(&lattice), state_bits(&run(true, 3)));
 }
 
@@ -268,17 +272,7 @@ fn break_as_clouds(points: &Points) {
             let [cloud, lattice] = [false, true].map(|lattices| run(lattices, level, 2));
             assert_eq!(intact(&cloud), intact(&lattice), "{formulation}, {level:?}");
             let name = format!("{formulation}, {level:?}");
-            agree(
-                &name,
-                [&cloud, &lattice],
-                &[
-                    Field::Displacement,
-                    Field::InternalForce,
-                    Field::DissipatedEnergyDensity,
-                    Field::DeformationGradient,
-                    Field::FirstPiolaStress,
-                ],
-            );
+            agree(&name, [&cloud, &lattice], &SHOWN);
             assert_eq!(state_bits(&lattice), state_bits(&run(true, level, 3)));
         }
     }
@@ -318,12 +312,7 @@ fn lattices_of_several_materials_break_as_clouds() {
             simulation.set_threads(threads).unwrap();
             simulation.set(Field::Velocity, &velocity).unwrap();
             simulation.step(0.1, 8).unwrap();
-            let forces = simulation.get(Field::InternalForce).unwrap();
-            let size: f64 = forces.iter().map(|force| force.abs()).sum();
-            for axis in 0..3 {
-                let sum: f64 = forces.iter().skip(axis).step_by(3).sum();
-                assert!(sum.abs() < 1e-13 * size, "{formulation}: {sum}, {size}");
-            }
+            balances(formulation, &simulation);
             assert!(simulation.health().unwrap().broken_bonds > 500);
             simulation
         };
@@ -333,17 +322,7 @@ fn lattices_of_several_materials_break_as_clouds() {
             let held = |body: &Simulation| body.memory().bonds as f64;
             assert!(held(&lattice) < 0.9 * held(&cloud), "{formulation}: no lattice");
             let name = format!("{formulation}, {level:?}");
-            agree(
-                &name,
-                [&cloud, &lattice],
-                &[
-                    Field::Displacement,
-                    Field::InternalForce,
-                    Field::DissipatedEnergyDensity,
-                    Field::StrainEnergyDensity,
-                    Field::DeformationGradient,
-                ],
-            );
+            agree(&name, [&cloud, &lattice], &SHOWN);
             assert_eq!(state_bits(&lattice), state_bits(&run(true, level, 3)));
         }
     }
