@@ -21,7 +21,6 @@ use super::kept_rows::KeptRows;
 use super::lattice_rows::LatticeRows;
 use super::laws::{Laws, Sites};
 use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
-use super::seam::Seam;
 use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::error::Result;
@@ -77,8 +76,6 @@ pub(super) struct Baqp {
     pub(super) kept: KeptRows,
     /// What sweeps over a lattice hold, where the body has one.
     lattice: Option<LatticeRows>,
-    /// Where the lattice ends, if it does.
-    pub(super) seam: Option<Seam>,
     /// xi/L^2 of its steps.
     pub(super) along: Vec<[f64; 3]>,
 }
@@ -90,7 +87,6 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         order: materials.models[0].gradient_order(),
         kept: KeptRows::default(),
         lattice: None,
-        seam: None,
         along: Vec::new(),
     };
     Ok(Box::new(StateBased::new(materials, baqp)?))
@@ -336,7 +332,6 @@ impl Passes for Baqp {
             let left = columns(scene.dimension);
             self.lattice = Some(LatticeRows::new(scene, lattice, left)?);
             self.along = along(lattice)?;
-            self.seam = Seam::new(scene, lattice)?;
         }
         Ok(())
     }
@@ -501,8 +496,7 @@ impl Passes for Baqp {
     }
 
     fn bytes(&self) -> usize {
-        let lattice = self.lattice.as_ref().map_or(0, LatticeRows::bytes)
-            + self.seam.as_ref().map_or(0, Seam::bytes);
+        let lattice = self.lattice.as_ref().map_or(0, LatticeRows::bytes);
         self.laws.bytes() + self.kept.bytes() + lattice + memory::bytes(&self.along)
     }
 }

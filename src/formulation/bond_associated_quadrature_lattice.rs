@@ -74,7 +74,7 @@ impl Baqp {
     ) -> Option<usize> {
         let ForceSweep { scene, room, force, breaking, resting } = sweep;
         let (omega, law) = (self.kept.omega(scene, &self.weights)?, self.stress(D)?);
-        let mut beyond = self.seam.as_ref().map(|seam| {
+        let mut beyond = rows.state.seam.as_ref().map(|seam| {
             let count = scene.places.len();
             let (records, rest) = seam.record::<D>(scene, room.tables);
             let (gradients, rest) = in_lanes::table(rest, count);

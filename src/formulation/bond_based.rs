@@ -12,7 +12,6 @@ use super::calm::{Calm, Look, Resting};
 use super::constants;
 use super::on_lattice::{LatticeState, OnLattice};
 use super::ordinary_state_based::extension;
-use super::seam::Seam;
 use super::surface::{Correction, Surface};
 use super::{
     EnergyPart, Formulation, FormulationEntry, Kinematics, LimitsFollow, Materials, Read, Scene,
@@ -62,8 +61,6 @@ struct BondBased {
     limits: LimitsFollow,
     /// What sweeps over the lattice hold, where there is one.
     lattice: Option<LatticeState>,
-    /// Where the lattice ends, if it does.
-    seam: Option<Seam>,
     /// What is known of where nothing happens.
     calm: Option<Calm>,
 }
@@ -123,7 +120,7 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
     let laws = ByModel::new(materials, |model| {
         Ok(Law::with(&elastic(model, materials.dimension)?, model, materials.dimension))
     })?;
-    let (correction, lattice, seam) = (None, None, None);
+    let (correction, lattice) = (None, None);
     let limits = LimitsFollow::Nothing;
     Ok(Box::new(BondBased {
         bond_constants,
@@ -133,7 +130,6 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         laws,
         limits,
         lattice,
-        seam,
         breaks: false,
         calm: None,
     }))
@@ -260,7 +256,6 @@ impl Formulation for BondBased {
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
         if let Some(lattice) = &scene.families.lattice {
             self.lattice = Some(LatticeState::new(scene, lattice, 0)?);
-            self.seam = Seam::new(scene, lattice)?;
         }
         if let Some(reach) = scene.families.reach.uniform_radius()
             && matches!(self.bond_constants, Property::Uniform(_))
@@ -301,15 +296,14 @@ impl Formulation for BondBased {
                 let look = self.calm.as_ref().map(|calm| calm.look(scene));
                 let lattice = self.on_lattice(scene, rule, look.as_ref());
                 let (look, constants) = (look.as_ref(), None);
-                let bonds = BondForces { law, lattice, constants, seam: self.seam.as_ref(), look };
+                let bonds = BondForces { law, lattice, constants, look };
                 forces(scene, &bonds, scratch, force, &mut breaking)
             }
             None => {
                 let (lattice, constants) =
                     (self.on_lattice(scene, rule, None), &self.bond_constants);
                 let constants = Some(constants);
-                let seam = self.seam.as_ref();
-                let bonds = BondForces { law: various, lattice, constants, seam, look: None };
+                let bonds = BondForces { law: various, lattice, constants, look: None };
                 forces(scene, &bonds, scratch, force, &mut breaking)
             }
         };
@@ -383,7 +377,6 @@ impl Formulation for BondBased {
             + self.weights.bytes()
             + self.laws.bytes()
             + self.lattice.as_ref().map_or(0, LatticeState::bytes)
-            + self.seam.as_ref().map_or(0, Seam::bytes)
             + self.calm.as_ref().map_or(0, Calm::bytes)
     }
 }

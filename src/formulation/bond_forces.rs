@@ -6,7 +6,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::bond_laws::Various;
 use super::calm::{Bonds, Look};
 use super::on_lattice::{OnLattice, Parts, by_state};
-use super::seam::Seam;
 use super::{Scene, in_lanes};
 use crate::damage::Breaking;
 use crate::families::lattice::NOBODY;
@@ -27,8 +26,6 @@ pub(super) struct BondForces<'a, L> {
     pub(super) lattice: Option<OnLattice<'a>>,
     /// Bond constants of points, where models differ by them and groups of a lattice pull by those of their kind.
     pub(super) constants: Option<&'a Property>,
-    /// Where the lattice ends, if it does.
-    pub(super) seam: Option<&'a Seam>,
     /// Where nothing happens.
     pub(super) look: Option<&'a Look<'a>>,
 }
@@ -117,7 +114,8 @@ impl<L: BondLaw> BondForces<'_, L> {
     ) -> usize {
         let (law, count) = (self.law, scene.places.len());
         let seats = self.lattice.as_ref().map(|on| &on.lattice.seat_of[..]);
-        let wanted = |first: usize| STEPS || self.seam.is_none_or(|seam| seam.is_near(first));
+        let seam = self.lattice.as_ref().and_then(|on| on.state.seam.as_ref());
+        let wanted = |first: usize| seam.is_none_or(|seam| seam.is_near(first));
         let records = records_of::<LEAN, D>(scene, scratch, wanted);
         let cloud = Cloud::new(scene.families, records, scene.bonds.intact);
         let bad = AtomicUsize::new(usize::MAX);

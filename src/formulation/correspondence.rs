@@ -15,7 +15,6 @@ use super::kept_rows::KeptRows;
 use super::lattice_rows::LatticeRows;
 use super::laws::{Laws, Sites};
 use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
-use super::seam::Seam;
 use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::error::Result;
@@ -96,8 +95,6 @@ pub(super) struct Correspondence {
     pub(super) kept: KeptRows,
     /// What sweeps over a lattice hold, where the body has one.
     lattice: Option<LatticeRows>,
-    /// Where the lattice ends, if it does.
-    pub(super) seam: Option<Seam>,
 }
 
 /// Without a penalty.
@@ -127,7 +124,6 @@ fn prepare(
         strong: stabilisation == Stabilisation::None && first.is_strong(),
         kept: KeptRows::default(),
         lattice: None,
-        seam: None,
     };
     Ok(Box::new(StateBased::new(materials, correspondence)?))
 }
@@ -284,7 +280,6 @@ impl Passes for Correspondence {
         }
         if let Some(lattice) = &scene.families.lattice {
             self.lattice = Some(LatticeRows::new(scene, lattice, scene.dimension.pow(2))?);
-            self.seam = Seam::new(scene, lattice)?;
         }
         Ok(())
     }
@@ -450,8 +445,7 @@ impl Passes for Correspondence {
     }
 
     fn bytes(&self) -> usize {
-        let lattice = self.lattice.as_ref().map_or(0, LatticeRows::bytes)
-            + self.seam.as_ref().map_or(0, Seam::bytes);
+        let lattice = self.lattice.as_ref().map_or(0, LatticeRows::bytes);
         self.laws.bytes() + self.penalty.bytes() + self.kept.bytes() + lattice
     }
 }

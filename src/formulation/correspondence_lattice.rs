@@ -32,7 +32,7 @@ impl Correspondence {
         let ForceSweep { scene, room, force, breaking, resting } = sweep;
         let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
         let mut failed = None;
-        let mut beyond = self.seam.as_ref().map(|seam| {
+        let mut beyond = rows.state.seam.as_ref().map(|seam| {
             let (records, rest) = seam.record::<D>(scene, room.tables);
             let (left, _) = in_lanes::table::<C>(rest, count);
             let sweep = Sweep::new(scene, omega, records).resting(resting, 1);

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::bond_laws::Limits;
 use super::calm::{Bonds, Resting};
+use super::seam::Seam;
 use super::{Scene, in_lanes};
 use crate::damage::{BreakRule, Breaking, close_to};
 use crate::error::Result;
@@ -30,8 +31,12 @@ const AHEAD: usize = 12;
 /// Groups whose masks a thread makes in one go.
 const GROUPS_A_SHARE: usize = 256;
 
-/// What a sweep writes aside; one sweep at a time.
-pub(super) struct LatticeState(Mutex<Held>);
+/// What sweeps hold of a lattice, and what one writes aside; one sweep at a time.
+pub(super) struct LatticeState {
+    held: Mutex<Held>,
+    /// Where the lattice ends, if it does.
+    pub(super) seam: Option<Seam>,
+}
 
 struct Held {
     /// [`Lattice::row`] masks a group: for each step of the stencil, one bit a point: there is an intact bond.
@@ -123,16 +128,17 @@ impl LatticeState {
             broke: workers.filled(false, seats, PURPOSE)?,
         };
         held.follow(scene, lattice);
-        Ok(Self(Mutex::new(held)))
+        Ok(Self { held: Mutex::new(held), seam: Seam::new(scene, lattice)? })
     }
 
     pub(super) fn bytes(&self) -> usize {
-        let held = self.0.lock().unwrap_or_else(|poison| poison.into_inner());
+        let held = self.held.lock().unwrap_or_else(|poison| poison.into_inner());
         memory::bytes(&held.masks)
             + memory::bytes(&held.columns)
             + memory::bytes(&held.legs)
             + memory::bytes(&held.forces)
             + memory::bytes(&held.broke)
+            + self.seam.as_ref().map_or(0, Seam::bytes)
     }
 }
 
@@ -287,7 +293,7 @@ impl<'a> OnLattice<'a> {
         breaking: &mut Option<Breaking<'_>>,
     ) -> usize {
         let (lattice, workers) = (self.lattice, scene.workers);
-        let mut held = self.state.0.lock().unwrap_or_else(|poison| poison.into_inner());
+        let mut held = self.state.held.lock().unwrap_or_else(|poison| poison.into_inner());
         let held = &mut *held;
         if held.edition != Some(scene.bonds.edition) {
             held.follow(scene, lattice);

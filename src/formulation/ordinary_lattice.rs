@@ -25,7 +25,7 @@ impl Lps {
     ) -> Option<usize> {
         let ForceSweep { scene, room, force, breaking, resting } = sweep;
         let (omega, count) = (in_lanes::omega(scene, &self.weights)?, scene.places.len());
-        let mut beyond = self.seam.as_ref().map(|seam| {
+        let mut beyond = state.seam.as_ref().map(|seam| {
             let (records, rest) = seam.record::<D>(scene, room.tables);
             let (left, _) = in_lanes::table(rest, count);
             let family = in_lanes::family(scene, records, omega);

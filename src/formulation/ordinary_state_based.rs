@@ -10,7 +10,6 @@ use super::constants;
 use super::correspondence::add;
 use super::on_lattice::LatticeState;
 use super::passes::{EnergySweep, FieldSweep, ForceSweep, Passes};
-use super::seam::Seam;
 use super::state_based::StateBased;
 use super::surface::Surface;
 use super::{
@@ -62,8 +61,6 @@ pub(super) struct Lps {
     pub(super) laws: ByModel<Law>,
     /// What sweeps over a lattice hold, where the body has one.
     pub(super) lattice: Option<LatticeState>,
-    /// Where the lattice ends, if it does.
-    pub(super) seam: Option<Seam>,
 }
 
 fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
@@ -80,8 +77,7 @@ fn prepare(materials: &Materials<'_>) -> Result<Box<dyn Formulation>> {
         None
     };
     let laws = ByModel::new(materials, |model| Law::new(model, dimension))?;
-    let (weights, lattice, seam) = (Weights::new(materials)?, None, None);
-    let lps = Lps { weights, moduli, surface, laws, lattice, seam };
+    let lps = Lps { weights: Weights::new(materials)?, moduli, surface, laws, lattice: None };
     if materials.models.iter().any(|model| model.number("yield_stress").is_some()) {
         return ordinary_plastic::prepare(materials, lps);
     }
@@ -174,7 +170,6 @@ impl Passes for Lps {
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
         if let Some(lattice) = &scene.families.lattice {
             self.lattice = Some(LatticeState::new(scene, lattice, 2)?);
-            self.seam = Seam::new(scene, lattice)?;
         }
         Ok(())
     }
@@ -287,8 +282,7 @@ impl Passes for Lps {
     }
 
     fn bytes(&self) -> usize {
-        let lattice = self.lattice.as_ref().map_or(0, LatticeState::bytes)
-            + self.seam.as_ref().map_or(0, Seam::bytes);
+        let lattice = self.lattice.as_ref().map_or(0, LatticeState::bytes);
         let surface = self.surface.as_ref().map_or(0, |surface| surface.moduli.bytes());
         self.laws.bytes() + self.moduli.bytes() + surface + lattice
     }

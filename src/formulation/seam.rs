@@ -86,9 +86,7 @@ impl Seam {
     pub(super) fn is_near(&self, first: usize) -> bool {
         self.blocks[first / BLOCK]
     }
-}
 
-impl Seam {
     /// Gives what a first sweep has left in rows of points without a seat to their cells, and what it has left in cells of members to
     /// their rows.
     pub(super) fn exchange<const N: usize, const C: usize>(

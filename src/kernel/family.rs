@@ -199,14 +199,15 @@ impl<'a> Family<'a> {
         'a: 'b,
     {
         let (mut end, mut filled) = (points.start, 0);
-        for point in points.clone() {
+        let first = points.start;
+        for point in points {
             let blocks = self.families.blocks(point);
             let lanes = filled..filled + blocks.len() * LANES;
             let Some(own) = names.get_mut(lanes.clone()) else { break };
             self.families.name(point, blocks.start * LANES, own);
             (end, filled) = (point + 1, lanes.end);
         }
-        (self.of(points.start..end, &names[..filled], None), end)
+        (self.of(first..end, &names[..filled], None), end)
     }
 
     /// First slot of a point, and the end of its slots. Panics where the point cannot be swept.
