@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use super::body::{Body, ByModel, Link, Weights};
 use super::bond_forces::{BondForces, book, energies, fields};
 use super::bond_laws::{Alike, Common, Limits, Various};
-use super::calm::{Calm, Look, Resting};
+use super::calm::{Calm, Resting};
 use super::constants;
 use super::on_lattice::{LatticeState, OnLattice};
 use super::ordinary_state_based::extension;
@@ -182,10 +182,10 @@ impl BondBased {
         &'a self,
         scene: &'a Scene<'a>,
         rule: Option<&'a BreakRule>,
-        look: Option<&'a Look<'a>>,
+        resting: Resting<'a>,
     ) -> Option<OnLattice<'a>> {
         let (lattice, state) = (scene.families.lattice.as_ref()?, self.lattice.as_ref()?);
-        let on = OnLattice::breaking(scene, (lattice, state), rule, Resting::new(look, 1));
+        let on = OnLattice::breaking(scene, (lattice, state), rule, resting);
         (!self.differ_one_by_one(scene)).then_some(on)
     }
 
@@ -257,12 +257,9 @@ impl Formulation for BondBased {
         if let Some(lattice) = &scene.families.lattice {
             self.lattice = Some(LatticeState::new(scene, lattice, 0)?);
         }
-        if let Some(reach) = scene.families.reach.uniform_radius()
-            && matches!(self.bond_constants, Property::Uniform(_))
-            && self.limits == LimitsFollow::Nothing
-            && self.surface.is_none()
-        {
-            self.calm = Some(Calm::new(scene, reach, self.breaks, 0)?);
+        if let Some(reach) = scene.families.reach.uniform_radius() {
+            let tests = self.breaks && self.limits == LimitsFollow::Nothing;
+            self.calm = Some(Calm::new(scene, reach, tests, 0)?);
         }
         let Some(Surface { correction, moduli }) = &self.surface else { return Ok(()) };
         let factors = match correction {
@@ -291,19 +288,17 @@ impl Formulation for BondBased {
     ) -> Option<usize> {
         let rule = breaking.as_ref().map(|breaking| breaking.rule);
         let various = self.various(scene, rule);
+        let look = self.calm.as_ref().map(|calm| calm.look(scene));
+        let resting = Resting::new(look.as_ref(), Some(1));
+        let lattice = self.on_lattice(scene, rule, resting);
         let bad = match self.alike(scene, rule) {
             Some(law) => {
-                let look = self.calm.as_ref().map(|calm| calm.look(scene));
-                let lattice = self.on_lattice(scene, rule, look.as_ref());
-                let (look, constants) = (look.as_ref(), None);
-                let bonds = BondForces { law, lattice, constants, look };
+                let bonds = BondForces { law, lattice, constants: None, resting };
                 forces(scene, &bonds, scratch, force, &mut breaking)
             }
             None => {
-                let (lattice, constants) =
-                    (self.on_lattice(scene, rule, None), &self.bond_constants);
-                let constants = Some(constants);
-                let bonds = BondForces { law: various, lattice, constants, look: None };
+                let (law, constants) = (various, Some(&self.bond_constants));
+                let bonds = BondForces { law, lattice, constants, resting };
                 forces(scene, &bonds, scratch, force, &mut breaking)
             }
         };

@@ -4,10 +4,10 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::bond_laws::Various;
-use super::calm::{Bonds, Look};
+use super::calm::Resting;
 use super::on_lattice::{OnLattice, Parts, by_state};
 use super::{Scene, in_lanes};
-use crate::damage::Breaking;
+use crate::damage::{BreakRule, Breaking, close_to};
 use crate::families::lattice::NOBODY;
 use crate::families::{LANES, Property};
 use crate::kernel::bond_based::{
@@ -27,7 +27,7 @@ pub(super) struct BondForces<'a, L> {
     /// Bond constants of points, where models differ by them and groups of a lattice pull by those of their kind.
     pub(super) constants: Option<&'a Property>,
     /// Where nothing happens.
-    pub(super) look: Option<&'a Look<'a>>,
+    pub(super) resting: Resting<'a>,
 }
 
 impl<L: BondLaw> BondForces<'_, L> {
@@ -70,14 +70,11 @@ impl<L: BondLaw> BondForces<'_, L> {
             let outputs = (parts.forces.again(), parts.masks.again(), parts.broke.again());
             scene.workers.sweep(parts.seats, outputs, |range, outputs| {
                 let part = |range: Range<usize>, (force, masks, broke): Outputs<'_>, state| {
-                    let (calm, kind) = state;
-                    let (groups, mut look) = on.of_kind(groups, legs, kind);
-                    if let Some(Bonds { rest, are_short }) = calm {
-                        look &= !are_short;
-                        if rest {
-                            return force.0.fill(0.0);
-                        }
+                    let (rest, look, kind) = state;
+                    if rest {
+                        return force.0.fill(0.0);
                     }
+                    let groups = on.of_kind(groups, legs, kind);
                     let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
                     let range = range.start / LANES..range.end / LANES;
                     let skips_bare = scene.skips.without_bonds;
@@ -94,7 +91,9 @@ impl<L: BondLaw> BondForces<'_, L> {
                         force.iter_mut().for_each(|force| *force *= constant);
                     }
                 };
-                by_state(range, outputs, |group| (on.bonds(group), on.lattice.kind(group)), part);
+                let state =
+                    |group| (on.rests(group, 0), on.may_break(group), on.lattice.kind(group));
+                by_state(range, outputs, state, part);
             });
         };
         let second = |_: Parts<'_, D, 0>, _: &Scene<'_>, _: &mut [f64]| {
@@ -119,21 +118,19 @@ impl<L: BondLaw> BondForces<'_, L> {
         let records = records_of::<LEAN, D>(scene, scratch, wanted);
         let cloud = Cloud::new(scene.families, records, scene.bonds.intact);
         let bad = AtomicUsize::new(usize::MAX);
-        let threshold = law.least_threshold();
+        let rule = breaking.as_ref().map(|breaking| breaking.rule);
+        let threshold = rule.and_then(BreakRule::uniform).map(close_to);
         let masks = breaking.as_mut().map(|breaking| breaking.shared(scene.families));
         let (masks, broke) = masks.unzip();
         scene.workers.sweep(count, (PerPoint(force, D), masks), |range, (force, masks)| {
-            let mut remaining =
-                masks.zip(broke).map(|(masks, broke)| Remaining { masks: masks.values, broke });
             let force = force.0;
-            if let Some(calm) = self.look.map(|calm| calm.at_points(range.start, threshold)) {
-                if calm.are_short {
-                    remaining = None;
-                }
-                if calm.rest {
-                    return rest::<D>(range, seats, force);
-                }
+            if self.resting.block(range.start, 0) {
+                return rest::<D>(range, seats, force);
             }
+            let remaining = masks
+                .zip(broke)
+                .filter(|_| !self.resting.is_short(range.start, threshold))
+                .map(|(masks, broke)| Remaining { masks: masks.values, broke });
             let skips_bare = scene.skips.without_bonds;
             let sweep =
                 ForceSweep::<_, LEAN, STEPS, D> { cloud, law, range, force, remaining, skips_bare };

@@ -89,9 +89,6 @@ impl BondLaw for Alike<'_> {
     fn threshold<S: Simd>(&self, simd: S, _: &Part<'_>) -> S::Lanes {
         simd.splat(close_to(self.critical))
     }
-    fn least_threshold(&self) -> f64 {
-        close_to(self.critical)
-    }
     fn breaks(&self, point: usize, bond: Bond) -> bool {
         self.limits.breaks_bond(point, bond)
     }
@@ -269,9 +266,6 @@ impl BondLaw for Various<'_> {
             let neighbor = part.neighbors[lane] as usize;
             close_to(rule.threshold(part.slot + lane, part.point, neighbor))
         })
-    }
-    fn least_threshold(&self) -> f64 {
-        f64::NEG_INFINITY
     }
     fn breaks(&self, point: usize, bond: Bond) -> bool {
         self.limits.breaks_bond(point, bond)

@@ -6,6 +6,7 @@
 //! Q(u_n) + 1/2 dQ/du (u_n+1 - u_n) is lost. To second order that is 2 Q(u_n+1/2) - (Q(u_n) + Q(u_n+1))/2,
 //! which each point can say of its own energy.
 
+use super::calm::Resting;
 use super::in_lanes::{HowTheyBreak, Which};
 use super::{EnergyPart, Scene, in_lanes};
 use crate::damage::{self, BondsView, Breaking};
@@ -14,28 +15,29 @@ use crate::workers::PerPoint;
 
 /// Breaks in the masks aside what is stretched beyond its limit; whether there was any. Needs [`room`].
 pub(super) fn break_stretched(
-    scene: &Scene<'_>,
+    (scene, resting): (&Scene<'_>, Resting<'_>),
     room: &mut [f64],
     breaking: &mut Breaking<'_>,
 ) -> bool {
     match scene.dimension {
-        3 => sweep_stretches::<3>(scene, room, breaking),
-        _ => sweep_stretches::<2>(scene, room, breaking),
+        3 => sweep_stretches::<3>((scene, resting), room, breaking),
+        _ => sweep_stretches::<2>((scene, resting), room, breaking),
     }
     breaking.has_broken()
 }
 
 fn sweep_stretches<const D: usize>(
-    scene: &Scene<'_>,
+    (scene, resting): (&Scene<'_>, Resting<'_>),
     room: &mut [f64],
     breaking: &mut Breaking<'_>,
 ) {
     let (records, _) = in_lanes::record::<D>(scene, room);
     let family = in_lanes::family(scene, records, Omega::EVEN);
-    let (masks, how) = HowTheyBreak::of(scene, breaking);
+    let (masks, how) = HowTheyBreak::of(scene, breaking, resting);
     in_lanes::sweep(scene, family, Which::All, masks, |family, range, masks| {
-        let breaking = how.here(range.start, masks);
-        scene.simd.run(BreakSweep::<D> { family, range, breaking });
+        if let Some(breaking) = how.here(range.start, masks) {
+            scene.simd.run(BreakSweep::<D> { family, range, breaking });
+        }
     });
 }
 

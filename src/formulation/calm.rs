@@ -196,31 +196,17 @@ pub(super) struct Look<'a> {
     widest: f64,
 }
 
-/// What can be said of the bonds of a block, or of a group of a lattice.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Bonds {
-    /// Both ends of each have moved alike.
-    pub(super) rest: bool,
-    /// None can have stretched so far that it is to be looked at.
-    pub(super) are_short: bool,
-}
-
 impl Look<'_> {
-    /// Of the block that begins with a point; `threshold`: (l/L)^2 - 1 from which bonds are looked at.
-    pub(super) fn at_points(&self, first: usize, threshold: f64) -> Bonds {
-        let block = first / BLOCK;
-        Bonds {
-            rest: self.seen.rings[block] > 0,
-            are_short: self.is_short(self.seen.widths[block], threshold),
-        }
+    /// Whether no bond of the block that begins with a point can have stretched so far that it is to be looked at; `threshold`:
+    /// (l/L)^2 - 1 from which it is.
+    fn block_is_short(&self, first: usize, threshold: f64) -> bool {
+        self.is_short(self.seen.widths[first / BLOCK], threshold)
     }
 
-    /// Of the members of a group.
-    fn at_group(&self, members: &[u32], threshold: f64) -> Bonds {
-        let blocks = || blocks_of(members);
-        let are_short = self.is_short(self.widest, threshold)
-            || blocks().all(|block| self.is_short(self.seen.widths[block], threshold));
-        Bonds { rest: self.group_rests(members, 1), are_short }
+    /// The same of the bonds of the members of a group.
+    fn group_is_short(&self, members: &[u32], threshold: f64) -> bool {
+        self.is_short(self.widest, threshold)
+            || blocks_of(members).all(|block| self.is_short(self.seen.widths[block], threshold))
     }
 
     /// Whether so many rings rest around all points of the block that begins with a point.
@@ -241,34 +227,46 @@ impl Look<'_> {
     }
 }
 
-/// Where the force on a point is 0, if a look was taken: where so many rings around it rest.
+/// What a look tells of the points of a sweep, if one was taken: the force on a point is 0 where so many rings around it rest.
 #[derive(Clone, Copy)]
 pub(super) struct Resting<'a> {
     look: Option<&'a Look<'a>>,
-    rings: u8,
+    /// `None` where a body at rest may have forces.
+    rings: Option<u8>,
 }
 
 impl<'a> Resting<'a> {
-    /// Nowhere.
-    pub(super) const NEVER: Self = Self { look: None, rings: 0 };
+    /// Nothing.
+    pub(super) const NEVER: Self = Self { look: None, rings: None };
 
-    pub(super) fn new(look: Option<&'a Look<'a>>, rings: u8) -> Self {
+    pub(super) fn new(look: Option<&'a Look<'a>>, rings: Option<u8>) -> Self {
         Self { look, rings }
+    }
+
+    /// What it tells, and how many rings are to rest where so many sweeps come after one that has nothing to do.
+    fn asked(&self, sweeps: u8) -> Option<(&'a Look<'a>, u8)> {
+        Some((self.look?, self.rings? + sweeps))
     }
 
     /// Whether a sweep with so many sweeps after it has nothing to do for the block that begins with a point.
     pub(super) fn block(&self, first: usize, sweeps: u8) -> bool {
-        self.look.is_some_and(|look| look.block_rests(first, self.rings + sweeps))
+        self.asked(sweeps).is_some_and(|(look, rings)| look.block_rests(first, rings))
     }
 
     /// The same for the members of a group.
     pub(super) fn group(&self, members: &[u32], sweeps: u8) -> bool {
-        self.look.is_some_and(|look| look.group_rests(members, self.rings + sweeps))
+        self.asked(sweeps).is_some_and(|(look, rings)| look.group_rests(members, rings))
     }
 
-    /// What can be said of the bonds of the members of a group.
-    pub(super) fn bonds_of(&self, members: &[u32], threshold: f64) -> Option<Bonds> {
-        Some(self.look?.at_group(members, threshold))
+    /// Whether no bond of the block that begins with a point can have come to a limit that all share.
+    pub(super) fn is_short(&self, first: usize, threshold: Option<f64>) -> bool {
+        let (Some(look), Some(threshold)) = (self.look, threshold) else { return false };
+        look.block_is_short(first, threshold)
+    }
+
+    /// The same of the bonds of the members of a group.
+    pub(super) fn group_is_short(&self, members: &[u32], threshold: f64) -> bool {
+        self.look.is_some_and(|look| look.group_is_short(members, threshold))
     }
 }
 
@@ -365,7 +363,7 @@ mod tests {
     fn a_block_rests_where_all_it_leads_to_has_moved_alike() {
         let calm = calm(1.0, &[[0.5, 0.5], [0.5, 0.5], [0.5, 0.5], [0.5, 0.6], [0.0, 0.0]]);
         let look = look(&calm);
-        let rests = [0, 1, 2, 3, 4].map(|block| look.at_points(block * BLOCK, 0.1).rest);
+        let rests = [0, 1, 2, 3, 4].map(|block| look.block_rests(block * BLOCK, 1));
         assert_eq!(rests, [true, true, false, false, false]);
     }
 
@@ -375,10 +373,10 @@ mod tests {
         let look = look(&calm);
         // A stretch of 0.05 in the first two, of 0.01 in the last.
         for (threshold, short) in [(0.1027, true), (0.1024, false), (0.0202, false)] {
-            assert_eq!(look.at_points(0, threshold).are_short, short);
+            assert_eq!(look.block_is_short(0, threshold), short);
         }
-        assert!(look.at_points(2 * BLOCK, 0.0202).are_short);
-        assert!(!look.at_points(2 * BLOCK, 0.0200).are_short);
+        assert!(look.block_is_short(2 * BLOCK, 0.0202));
+        assert!(!look.block_is_short(2 * BLOCK, 0.0200));
     }
 
     #[test]
@@ -389,8 +387,8 @@ mod tests {
                 vectors[place] = odd;
                 let extent = Extent::of::<2, 4>(&vectors);
                 let calm = calm(1.0, &[extent.0[0]]);
-                let bonds = look(&calm).at_points(0, f64::MAX);
-                assert!(!bonds.rest && !bonds.are_short);
+                let look = look(&calm);
+                assert!(!look.block_rests(0, 1) && !look.block_is_short(0, f64::MAX));
             }
         }
         let extent = Extent::of::<2, 4>(&[1.0, 2.0, 4.0, 1.0, -1.0, 3.0]);

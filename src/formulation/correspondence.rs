@@ -27,7 +27,7 @@ use crate::tensor::{
 };
 
 /// A force comes from the families of the point and of its neighbours.
-const RINGS: u8 = 2;
+pub(super) const RINGS: u8 = 2;
 
 pub(super) const ENTRY: FormulationEntry = FormulationEntry {
     name: "correspondence",

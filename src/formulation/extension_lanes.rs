@@ -49,7 +49,7 @@ pub(super) fn own_pulls<const D: usize, const PER_LENGTH: bool>(
     breaking: &mut Option<Breaking<'_>>,
     pulls: impl Fn(usize, [f64; 2]) -> [f64; 2] + Sync,
 ) {
-    let (masks, how) = HowTheyBreak::if_any(scene, breaking);
+    let (masks, how) = HowTheyBreak::if_any(scene, breaking, resting);
     let outputs = (PerPoint(force, D), PerPoint(left, 1), masks);
     in_lanes::sweep(
         scene,
@@ -57,7 +57,7 @@ pub(super) fn own_pulls<const D: usize, const PER_LENGTH: bool>(
         Which::Listed,
         outputs,
         |family, range, (force, left, masks)| {
-            let breaking = masks.zip(how).map(|(masks, how)| how.here(range.start, masks));
+            let breaking = masks.zip(how).and_then(|(masks, how)| how.here(range.start, masks));
             if resting.block(range.start, 1) {
                 return;
             }

@@ -3,6 +3,7 @@
 
 use super::Scene;
 use super::body::Weights;
+use super::calm::Resting;
 use crate::damage::Breaking;
 use crate::families::Property;
 use crate::families::lattice::MOST_LANES;
@@ -172,14 +173,19 @@ pub(super) struct HowTheyBreak<'a> {
     limits: Limits<'a>,
     broke: &'a AtomicBool,
     offsets: &'a [u64],
+    resting: Resting<'a>,
 }
 
 impl<'a> HowTheyBreak<'a> {
     /// And the masks that they break in, to be shared out.
-    pub(super) fn of(scene: &Scene<'a>, breaking: &'a mut Breaking<'_>) -> (Ragged<'a, u8>, Self) {
+    pub(super) fn of(
+        scene: &Scene<'a>,
+        breaking: &'a mut Breaking<'_>,
+        resting: Resting<'a>,
+    ) -> (Ragged<'a, u8>, Self) {
         let limits = Limits::new(breaking.rule);
         let (masks, broke) = breaking.shared(scene.families);
-        let how = Self { limits, broke, offsets: masks.offsets };
+        let how = Self { limits, broke, offsets: masks.offsets, resting };
         (masks, how)
     }
 
@@ -187,17 +193,21 @@ impl<'a> HowTheyBreak<'a> {
     pub(super) fn if_any(
         scene: &Scene<'a>,
         breaking: &'a mut Option<Breaking<'_>>,
+        resting: Resting<'a>,
     ) -> (Option<Ragged<'a, u8>>, Option<Self>) {
-        breaking.as_mut().map(|breaking| Self::of(scene, breaking)).unzip()
+        breaking.as_mut().map(|breaking| Self::of(scene, breaking, resting)).unzip()
     }
 
-    /// In a part that begins with a point.
-    pub(super) fn here<'b>(self, first: usize, masks: Ragged<'b, u8>) -> BreakHere<'b>
+    /// In a part that begins with a point, if any can.
+    pub(super) fn here<'b>(self, first: usize, masks: Ragged<'b, u8>) -> Option<BreakHere<'b>>
     where
         'a: 'b,
     {
-        let Self { limits, broke, offsets } = self;
-        BreakHere { limits, broke, remaining: masks.values, first: offsets[first] as usize }
+        let Self { limits, broke, offsets, resting } = self;
+        if resting.is_short(first, limits.uniform()) {
+            return None;
+        }
+        Some(BreakHere { limits, broke, remaining: masks.values, first: offsets[first] as usize })
     }
 }
 

@@ -139,7 +139,7 @@ impl KeptRows {
             keep::<D, SIZE>(order, horizon, moments, kept);
         };
         let any_odd = AtomicBool::new(false);
-        let (masks, how) = HowTheyBreak::if_any(scene, breaking);
+        let (masks, how) = HowTheyBreak::if_any(scene, breaking, resting);
         let offsets = &scene.families.offsets;
         let kept_masks = Ragged { values: kept_masks, offsets, width: 1 };
         let kept = (PerPoint(&mut numbers[..], each), kept_masks);
@@ -149,7 +149,7 @@ impl KeptRows {
             which,
             (outputs, masks, kept),
             |family, range, (outputs, masks, (numbers, kept_masks))| {
-                let breaking = masks.zip(how).map(|(masks, how)| how.here(range.start, masks));
+                let breaking = masks.zip(how).and_then(|(masks, how)| how.here(range.start, masks));
                 if resting.block(range.start, after) {
                     return;
                 }

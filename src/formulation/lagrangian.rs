@@ -195,6 +195,12 @@ impl Passes for Lagrangian {
         self.kept.omega(scene, &self.weights).is_some()
     }
 
+    /// Deformed bonds give F = I at rest but for rounding.
+    fn rings(&self, dimension: usize) -> Option<u8> {
+        (!self.deformed && self.laws.rest_without_stress(dimension))
+            .then_some(correspondence::RINGS)
+    }
+
     fn forces_in_lanes<const D: usize, const SIZE: usize, const C: usize>(
         &self,
         sweep: ForceSweep<'_, '_>,

@@ -114,11 +114,11 @@ impl Lagrangian {
     }
 
     pub(super) fn swept_forces<const D: usize>(&self, sweep: ForceSweep<'_, '_>) -> Option<usize> {
-        let ForceSweep { scene, room, force, breaking, .. } = sweep;
+        let ForceSweep { scene, room, force, breaking, resting } = sweep;
         let (omega, count) = (self.kept.omega(scene, &self.weights)?, scene.places.len());
         let (records, rest) = in_lanes::record::<D>(scene, room.tables);
         let (left, _) = in_lanes::table::<PENALTY_ROW>(rest, count);
-        let sweep = Sweep::new(scene, omega, records);
+        let sweep = Sweep::new(scene, omega, records).resting(resting, 1);
         let kept = &self.swept_rows::<D>(sweep, left, breaking, |_| true);
         let scene = &in_lanes::remaining(scene, breaking);
         let sweep = Sweep { scene, ..sweep };
@@ -131,6 +131,9 @@ impl Lagrangian {
         let bad = AtomicUsize::new(usize::MAX);
         let outputs = (PerPoint(&mut *force, D), PerPoint(&mut *left, 1));
         scene.workers.sweep(count, outputs, |range, (force, left)| {
+            if resting.block(range.start, 1) {
+                return;
+            }
             let (forces, _) = force.0.as_chunks_mut::<D>();
             for ((force, left), point) in forces.iter_mut().zip(left.0).zip(range) {
                 let own = swept.own(point, left);

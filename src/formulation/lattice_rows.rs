@@ -193,14 +193,14 @@ impl LatticeRows {
         let Store { numbers, masks } = &mut *kept.0;
         let row = on.lattice.row() / LANES;
         let kept = (PerPoint(&mut numbers[..], kept_width(D, D)), PerPoint(&mut masks[..], row));
-        let (groups, look, judge) = (parts.groups, parts.look, on.limits);
+        let (groups, judge) = (parts.groups, on.limits);
         let (simd, horizon) = (scene.simd, horizon / parts.unit);
         let outputs = (parts.forces.again(), parts.left.again());
         let outputs = (outputs, parts.masks.again(), parts.broke.again(), kept);
         scene.workers.sweep(parts.seats, outputs, |range, outputs| {
             let part = |range: Range<usize>,
                         ((force, left), masks, broke, (numbers, kept_masks)): Outputs<'_, N>,
-                        rest| {
+                        (rest, look)| {
                 if rest {
                     return;
                 }
@@ -217,7 +217,8 @@ impl LatticeRows {
                 };
                 take(force.0, left, gradients);
             };
-            by_state(range, outputs, |group| on.rests(group, sweeps), part);
+            let state = |group| (on.rests(group, sweeps), on.may_break(group));
+            by_state(range, outputs, state, part);
         });
         any_odd.load(Ordering::Relaxed)
     }

@@ -63,7 +63,11 @@ impl Laws {
 
     /// Whether a body that has not been deformed has no stress at all, to the last bit.
     pub(super) fn rest_without_stress(&self, dimension: usize) -> bool {
-        self.only().is_some_and(|law| law.saint_venant_kirchhoff(dimension).is_some())
+        self.of.iter().all(|law| match dimension {
+            _ if law.has_memory() => false,
+            3 => law.answer(&Deformation::<3>::whole(&zero())).stress == zero(),
+            _ => law.answer(&Deformation::<2>::whole(&zero())).stress == zero(),
+        })
     }
 
     /// Whether any of them has a memory.

@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::bond_laws::Limits;
-use super::calm::{Bonds, Resting};
+use super::calm::Resting;
 use super::seam::Seam;
 use super::{Scene, in_lanes};
 use crate::damage::{BreakRule, Breaking, close_to};
@@ -68,8 +68,6 @@ pub(super) struct Parts<'a, const D: usize, const N: usize> {
     pub(super) seats: usize,
     /// The length that is 1.
     pub(super) unit: f64,
-    /// Whether any bond can break, of the first kind.
-    pub(super) look: bool,
     pub(super) masks: PerPoint<'a, u8>,
     pub(super) broke: PerPoint<'a, bool>,
     /// `D` numbers a seat.
@@ -232,16 +230,15 @@ impl<'a> OnLattice<'a> {
         close_to(critical.unwrap_or(f64::INFINITY))
     }
 
-    /// Groups of a kind, with its legs of those of all kinds, and whether their bonds can break.
+    /// Groups of a kind, with its legs of those of all kinds.
     pub(super) fn of_kind<'b, const D: usize>(
         &self,
         groups: Groups<'b, D>,
         legs: &'b [Leg],
         kind: usize,
-    ) -> (Groups<'b, D>, bool) {
+    ) -> Groups<'b, D> {
         let steps = self.lattice.stencil.len();
-        let legs = &legs[kind * steps..(kind + 1) * steps];
-        (groups.with_legs(legs), self.threshold(kind).is_finite())
+        groups.with_legs(&legs[kind * steps..(kind + 1) * steps])
     }
 
     fn members(&self, group: usize) -> &[u32] {
@@ -274,9 +271,10 @@ impl<'a> OnLattice<'a> {
         });
     }
 
-    /// What can be said of the bonds of a group.
-    pub(super) fn bonds(&self, group: usize) -> Option<Bonds> {
-        self.resting.bonds_of(self.members(group), self.threshold(self.lattice.kind(group)))
+    /// Whether bonds of a group may have come to their limit.
+    pub(super) fn may_break(&self, group: usize) -> bool {
+        let threshold = self.threshold(self.lattice.kind(group));
+        threshold.is_finite() && !self.resting.group_is_short(self.members(group), threshold)
     }
 
     /// Forces per volume on the points of the lattice: `first` breaks bonds, and may make what `second` needs, which
@@ -319,7 +317,6 @@ impl<'a> OnLattice<'a> {
             legs: &held.legs,
             seats: lattice.members.len(),
             unit,
-            look: self.threshold(0).is_finite(),
             masks: PerPoint(&mut held.masks, lattice.row() / LANES),
             broke: PerPoint(&mut held.broke, 1),
             forces: PerPoint(&mut held.forces, D),

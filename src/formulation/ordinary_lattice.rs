@@ -46,18 +46,18 @@ impl Lps {
             let outputs = (parts.left.again(), parts.masks.again(), parts.broke.again());
             scene.workers.sweep(parts.seats, outputs, |range, outputs| {
                 let part = |range: Range<usize>, (left, masks, broke): Outputs<'_>, state| {
-                    let (rest, kind) = state;
+                    let (rest, look, kind) = state;
                     if rest {
                         return;
                     }
-                    let (groups, look) = on.of_kind(groups, legs, kind);
+                    let groups = on.of_kind(groups, legs, kind);
                     let moduli = moduli(kind);
                     let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
                     let range = range.start / LANES..range.end / LANES;
                     let (first, left) = (left.first, left.values);
                     scene.simd.run(DilationSweep { groups, moduli, range, first, left, breaks });
                 };
-                let state = |group| (on.rests(group, 1), lattice.kind(group));
+                let state = |group| (on.rests(group, 1), on.may_break(group), lattice.kind(group));
                 by_state(range, outputs, state, part);
             });
         };

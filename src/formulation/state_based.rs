@@ -29,9 +29,10 @@ pub(super) struct StateBased<P> {
     passes: P,
     /// C_b of [P 3.58].
     bond_constants: Property,
+    breaks: bool,
     /// What the stretch follows from at which bonds break.
     limits: LimitsFollow,
-    /// What may rest of a body that is swept in lanes.
+    /// What is known of where nothing happens.
     calm: Option<Calm>,
 }
 
@@ -44,7 +45,8 @@ impl<P: Passes> StateBased<P> {
             },
             "bond constants",
         )?;
-        Ok(Self { passes, bond_constants, limits: LimitsFollow::Nothing, calm: None })
+        let limits = LimitsFollow::Nothing;
+        Ok(Self { passes, bond_constants, breaks: false, limits, calm: None })
     }
 
     fn passes<const D: usize>(
@@ -118,13 +120,11 @@ impl<P: Passes> StateBased<P> {
         scratch: &mut [f64],
         force: &mut [f64],
         breaking: &mut Option<Breaking<'_>>,
+        resting: Resting<'_>,
     ) -> Option<usize> {
         let (passes, (records, tables)) =
             (&self.passes, scratch.split_at_mut(self.records_of(scene)));
         let room = Room { records, tables };
-        let look = self.calm.as_ref().map(|calm| calm.look(scene));
-        let rings = passes.rings(scene.dimension).unwrap_or_default();
-        let resting = Resting::new(look.as_ref(), rings);
         let sweep = ForceSweep { scene, room, force, breaking, resting };
         of_size!(scene.dimension, passes.forces_in_lanes(sweep))
     }
@@ -266,10 +266,15 @@ impl<P: Passes> StateBased<P> {
     }
 
     /// Breaks the bonds that the rule condemns, and books what points lose by it.
-    fn break_bonds(&self, scene: &Scene<'_>, scratch: &mut [f64], breaking: &mut Breaking<'_>) {
+    fn break_bonds(
+        &self,
+        (scene, resting): (&Scene<'_>, Resting<'_>),
+        scratch: &mut [f64],
+        breaking: &mut Breaking<'_>,
+    ) {
         let room = breaking::room(scene.places.len(), scene.dimension);
         let first = scratch.len() - room;
-        if breaking::break_stretched(scene, &mut scratch[first..], breaking) {
+        if breaking::break_stretched((scene, resting), &mut scratch[first..], breaking) {
             self.book(scene, scratch, breaking);
         }
     }
@@ -326,8 +331,8 @@ impl<P: Passes> Formulation for StateBased<P> {
         }
     }
 
-    fn know_limits(&mut self, _: bool, limits: LimitsFollow) {
-        self.limits = limits;
+    fn know_limits(&mut self, any: bool, limits: LimitsFollow) {
+        (self.breaks, self.limits) = (any, limits);
     }
 
     fn tells_models_apart(&self) -> bool {
@@ -341,11 +346,14 @@ impl<P: Passes> Formulation for StateBased<P> {
             self.passes.weights_mut().keep(scene)?;
         }
         self.passes.refer_to(scene)?;
-        if let (true, Some(rings)) = (has_lanes, self.passes.rings(scene.dimension))
-            && let Some(reach) = scene.families.reach.uniform_radius()
+        let rings = self.passes.rings(scene.dimension).filter(|_| has_lanes);
+        let tests = self.breaks && self.limits == LimitsFollow::Nothing;
+        if let Some(reach) = scene.families.reach.uniform_radius()
+            && (tests || rings.is_some())
         {
             // What a sweep leaves is read by others, each a ring further in.
-            self.calm = Some(Calm::new(scene, reach, false, 2 * rings - 1)?);
+            let most_rings = rings.map_or(0, |rings| 2 * rings - 1);
+            self.calm = Some(Calm::new(scene, reach, tests, most_rings)?);
         }
         let Some(Surface { correction, moduli }) = self.passes.surface() else { return Ok(()) };
         let factors = match correction {
@@ -397,8 +405,10 @@ impl<P: Passes> Formulation for StateBased<P> {
     ) -> Option<usize> {
         let mut breaking = breaking;
         let (records, in_lanes) = (self.records_of(scene), self.passes.runs_in_lanes(scene));
+        let look = self.calm.as_ref().map(|calm| calm.look(scene));
+        let resting = Resting::new(look.as_ref(), self.passes.rings(scene.dimension));
         if in_lanes && records == 0 {
-            let bad = self.forces_in_lanes(scene, scratch, force, &mut breaking);
+            let bad = self.forces_in_lanes(scene, scratch, force, &mut breaking, resting);
             if let Some(breaking) = &mut breaking
                 && breaking.has_broken()
             {
@@ -408,11 +418,11 @@ impl<P: Passes> Formulation for StateBased<P> {
         }
         // To book asks laws with memory: they are asked once more for the forces.
         if let Some(breaking) = &mut breaking {
-            self.break_bonds(scene, scratch, breaking);
+            self.break_bonds((scene, resting), scratch, breaking);
         }
         let scene = &in_lanes::remaining(scene, &breaking);
         match scene.dimension {
-            _ if in_lanes => self.forces_in_lanes(scene, scratch, force, &mut None),
+            _ if in_lanes => self.forces_in_lanes(scene, scratch, force, &mut None, resting),
             3 => self.passes::<3>(scene, scratch, force),
             _ => self.passes::<2>(scene, scratch, force),
         }

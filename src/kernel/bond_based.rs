@@ -75,8 +75,6 @@ pub(crate) trait BondLaw: Copy + Sync {
     ) -> S::Lanes;
     /// (l/L)^2 - 1 beyond which a bond comes close to its limit.
     fn threshold<S: Simd>(&self, simd: S, part: &Part<'_>) -> S::Lanes;
-    /// The least of these.
-    fn least_threshold(&self) -> f64;
     /// Whether a bond that comes close to its limit breaks.
     fn breaks(&self, point: usize, bond: Bond) -> bool;
 }

@@ -570,6 +570,11 @@ impl<'a> Limits<'a> {
         Self { rule, uniform: rule.uniform().map(close_to) }
     }
 
+    /// (l/L)^2 - 1 from which bonds come close to their limit, if all share it.
+    pub(crate) fn uniform(&self) -> Option<f64> {
+        self.uniform
+    }
+
     /// Which of the bonds from a slot on, of those in `bits`, come close to their limit.
     #[inline(always)]
     pub(super) fn close<S: Simd>(

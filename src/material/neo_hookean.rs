@@ -8,8 +8,8 @@ use crate::tensor::{determinant, identity, inverse, product, scaled, sum, symmet
 pub(super) fn answer<const D: usize>(law: &Law, deformation: &Deformation<D>) -> Answer<D> {
     let (lambda, mu) = law.solid();
     let (rank, gradient) = (deformation.rank, deformation.full());
-    if rank == 0 {
-        // Nothing is spanned: J would be that of nothing.
+    if rank == 0 || deformation.gradient == zero() {
+        // Nothing is spanned, and J would be that of nothing; or nothing is deformed, to the last bit.
         return Answer { energy: 0.0, stress: zero() };
     }
     let twice_strain = deformation.twice_strain();

