@@ -24,6 +24,8 @@ pub(crate) struct BondState {
     edition: u64,
     /// Integrity of each lane, where the host has set any.
     pub(crate) integrity: Option<Vec<f64>>,
+    /// The name of the integrities: others have other names, and none have 0.
+    grades: u64,
     /// Records of the laws with memory, of the last committed state; empty where no law has one.
     pub(crate) records: Vec<f64>,
 }
@@ -52,13 +54,14 @@ impl BondState {
             }
         });
         let records = workers.filled(0.0, records, "the memory of materials")?;
-        Ok(Self { intact, edition: next_edition(), integrity: None, records })
+        Ok(Self { intact, edition: next_edition(), integrity: None, grades: 0, records })
     }
 
     pub(crate) fn try_clone(&self) -> Result<Self> {
         Ok(Self {
             intact: memory::copied(&self.intact, PURPOSE)?,
             edition: self.edition,
+            grades: self.grades,
             integrity: match &self.integrity {
                 Some(values) => Some(memory::copied(values, PURPOSE)?),
                 None => None,
@@ -87,7 +90,7 @@ impl BondState {
     pub(crate) fn take_back(&mut self, kept: Option<Kept>) {
         if let Some((intact, integrity)) = kept {
             (self.intact, self.integrity) = (intact, integrity);
-            self.edition = next_edition();
+            (self.edition, self.grades) = (next_edition(), next_edition());
         }
     }
 
@@ -123,6 +126,7 @@ impl BondState {
         if self.integrity.is_none() {
             let lanes = self.intact.len() * LANES;
             self.integrity = Some(memory::filled(1.0, lanes, PURPOSE)?);
+            self.grades = next_edition();
         }
         Ok(())
     }
@@ -136,6 +140,7 @@ impl BondState {
             self.edition = next_edition();
             if let Some(values) = &mut self.integrity {
                 values[slot] = value;
+                self.grades = next_edition();
             }
         }
     }
@@ -148,8 +153,9 @@ impl BondState {
 
     /// The state as it is, to read from.
     pub(crate) fn view(&self) -> BondsView<'_> {
-        let Self { intact, edition, integrity, records } = self;
-        BondsView { intact, edition: *edition, integrity: integrity.as_deref(), records }
+        let Self { intact, edition, integrity, grades, records } = self;
+        let (edition, grades) = (*edition, *grades);
+        BondsView { intact, edition, integrity: integrity.as_deref(), grades, records }
     }
 
     pub(crate) fn bytes(&self) -> usize {
@@ -166,6 +172,8 @@ pub(crate) struct BondsView<'a> {
     /// Masks of the same edition are the same.
     pub(crate) edition: u64,
     pub(crate) integrity: Option<&'a [f64]>,
+    /// Integrities of the same name are the same.
+    pub(crate) grades: u64,
     pub(crate) records: &'a [f64],
 }
 

@@ -4,7 +4,6 @@ use super::surface::Correction;
 use super::{Materials, Scene};
 use crate::error::Result;
 use crate::families::{Bond, LANES, Property};
-use crate::kernel::family::EachBond;
 use crate::memory;
 use crate::model::Influence;
 use crate::tensor::Vector;
@@ -130,10 +129,10 @@ impl Weights {
         Ok(())
     }
 
-    /// What is kept of bonds.
-    pub(super) fn each(&self) -> Option<EachBond<'_>> {
+    /// What is kept of bonds, w_ij and w_ji.
+    pub(super) fn each(&self) -> Option<[&[f64]; 2]> {
         let back = if self.other.is_empty() { &self.own } else { &self.other };
-        (!self.own.is_empty()).then_some(EachBond { own: &self.own, back })
+        (!self.own.is_empty()).then_some([&self.own, back])
     }
 
     /// The influence function, where weights follow from the lengths of bonds.

@@ -365,7 +365,7 @@ impl Passes for Baqp {
         &self,
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        if let (Some(lattice), Some(rows)) = (&sweep.scene.families.lattice, &self.lattice) {
+        if let (Some(lattice), Some(rows)) = (sweep.scene.lattice(), &self.lattice) {
             let on = (lattice, rows);
             return match D {
                 3 => self.forces_on_lattice::<3, { columns(3) }, 10, 9, 16>(on, sweep),

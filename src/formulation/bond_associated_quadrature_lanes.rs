@@ -88,7 +88,8 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
     /// What the first pass would leave of a point.
     fn left(&self, point: usize) -> [f64; MOST_LEFT] {
         let kept: Point<'_, D, SIZE> = self.kept.at(point);
-        let swept = self.middles.family.is_whole() || self.body.scene.families.is_listed(point);
+        let scene = self.body.scene;
+        let swept = scene.lattice().is_none() || scene.families.is_listed(point);
         if !(swept && kept.spans()) {
             // Of members of a lattice other sweeps keep the rows.
             return self.baqp.prepared(&self.body, point);

@@ -7,7 +7,7 @@ use super::calm::Resting;
 use crate::damage::Breaking;
 use crate::families::Property;
 use crate::families::lattice::MOST_LANES;
-use crate::kernel::family::{BreakHere, Family, Limits, Omega, Record};
+use crate::kernel::family::{BreakHere, EachBond, Family, Limits, Omega, Record};
 use crate::model::Influence;
 use crate::workers::{Outputs, PerPoint, Ragged};
 use std::ops::Range;
@@ -30,10 +30,10 @@ macro_rules! of_size {
 }
 pub(super) use of_size;
 
-/// What bonds count in a scene in which none is weakened: by their length where all points share horizon and influence
-/// function and no bond counts in part, else as the weights have kept it; `None` where they have not.
-pub(super) fn omega<'a>(scene: &Scene<'_>, weights: &'a Weights) -> Option<Omega<'a>> {
-    if scene.bonds.integrity.is_some() {
+/// What bonds count in a scene: by their length where all points share horizon and influence function and no bond counts in
+/// part, else as the weights have kept it; `None` where they have not, or single bonds are wanted.
+pub(super) fn omega<'a>(scene: &Scene<'a>, weights: &'a Weights) -> Option<Omega<'a>> {
+    if !scene.lanes {
         return None;
     }
     let dimension = scene.dimension;
@@ -41,11 +41,13 @@ pub(super) fn omega<'a>(scene: &Scene<'_>, weights: &'a Weights) -> Option<Omega
         Property::Uniform(horizon) => horizon,
         Property::PerPoint(_) => f64::INFINITY,
     };
-    let each = weights.each();
-    let influence = match (each, weights.follow_length(scene)) {
+    let (kept, integrity) = (weights.each(), scene.bonds.integrity);
+    let influence = match (kept, weights.follow_length(scene)) {
         (Some(_), _) => Influence::Constant,
         (None, influence) => influence?,
     };
+    let [own, back] = [0, 1].map(|end| kept.map(|of| of[end]));
+    let each = (own.is_some() || integrity.is_some()).then_some(EachBond { own, back, integrity });
     Some(Omega { influence, dimension, horizon, each })
 }
 
@@ -110,7 +112,8 @@ const NAMED: usize = 2048;
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Which {
     All,
-    /// Those that have lists of their bonds, and so are no members of a lattice.
+    /// Those that no sweep over groups of a lattice does: points that have lists of their bonds, and all where
+    /// there is no such sweep.
     Listed,
 }
 
@@ -125,7 +128,7 @@ pub(super) fn sweep<O: Outputs>(
     scene.workers.sweep(scene.places.len(), outputs, |range, outputs| {
         if family.is_whole() {
             leaf(family, range, outputs);
-        } else if which == Which::All {
+        } else if which == Which::All || scene.lattice().is_none() {
             by_runs(family, range, outputs, &mut [0; MOST_LANES], &leaf);
         } else {
             by_runs(family, range, outputs, &mut [], &leaf);

@@ -1,6 +1,6 @@
 //! Sweeps in lanes for formulations of a deformation gradient. What makes the gradient of a point follows from its
 //! bonds alone: it is kept here with the bond masks it belongs to, and made anew only where a bond of the family has
-//! changed. So what is kept is right whatever a call does with what it finds, be it a look or a step that fails.
+//! changed, or its integrity. So what is kept is right whatever a call does with what it finds, be it a look or a step that fails.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -16,7 +16,9 @@ use crate::error::Result;
 use crate::families::Property;
 use crate::kernel::collocation::Collocation;
 use crate::kernel::family::{Family, Omega, Record, Table};
-use crate::kernel::gradient::{BEFORE_ROWS, GradientSweep, Kept, Kind, Moments, kept_width};
+use crate::kernel::gradient::{
+    BEFORE_ROWS, GradientSweep, Kept, Kind, Moments, NOTHING_KEPT, kept_width,
+};
 use crate::kernel::gradient_pull::{GradientPull, PenaltyPull};
 use crate::memory;
 use crate::tensor::{Tensor, Vector};
@@ -34,6 +36,8 @@ pub(super) struct KeptRows {
 struct Store {
     numbers: Vec<f64>,
     masks: Vec<u8>,
+    /// The name of the integrities that it belongs to.
+    grades: u64,
 }
 
 /// How gradients are made.
@@ -109,7 +113,7 @@ impl KeptRows {
     }
 
     /// The influence of a scene that can be swept in lanes.
-    pub(super) fn omega<'a>(&self, scene: &Scene<'_>, weights: &'a Weights) -> Option<Omega<'a>> {
+    pub(super) fn omega<'a>(&self, scene: &Scene<'a>, weights: &'a Weights) -> Option<Omega<'a>> {
         let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.numbers.is_empty() { None } else { in_lanes::omega(scene, weights) }
     }
@@ -131,9 +135,12 @@ impl KeptRows {
         finish: impl Fn(usize, Point<'_, D, SIZE>, &Tensor<D>, O) + Sync,
     ) -> Points<'a> {
         let mut guard = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let Store { numbers, masks: kept_masks } = &mut *guard;
+        let Store { numbers, masks: kept_masks, grades } = &mut *guard;
         let Sweep { scene, omega, resting, after, which, .. } = sweep;
         let (horizon, each) = (omega.horizon, kept_width(D, SIZE));
+        if std::mem::replace(grades, scene.bonds.grades) != scene.bonds.grades {
+            numbers.iter_mut().step_by(each).for_each(|kind| *kind = NOTHING_KEPT);
+        }
         let family = sweep.family();
         let keep = |moments: &Moments, kept: &mut [f64]| {
             keep::<D, SIZE>(order, horizon, moments, kept);

@@ -45,7 +45,7 @@ pub(crate) use operators::{Derivative, ShapeTensor, differentiate, shape_tensors
 
 use crate::damage::{BondsView, Breaking};
 use crate::error::{Error, Result};
-use crate::families::lattice::LatticeUse;
+use crate::families::lattice::{Lattice, LatticeUse};
 use crate::families::{Families, Place, Property};
 use crate::kernel::simd::SimdLevel;
 use crate::model::Model;
@@ -156,8 +156,17 @@ pub(crate) struct Scene<'a> {
     pub(crate) simd: SimdLevel,
     /// What may be left out where it changes nothing.
     pub(crate) skips: Skips,
+    /// Whether bonds are computed several at a time where there is a sweep for it.
+    pub(crate) lanes: bool,
     /// Answers of laws with memory at this displacement, once they have been asked.
     pub(crate) asked: Option<Asked<'a>>,
+}
+
+impl<'a> Scene<'a> {
+    /// The lattice, where sweeps over its groups can do: they know nothing of the integrity of bonds.
+    pub(crate) fn lattice(&self) -> Option<&'a Lattice> {
+        self.families.lattice.as_ref().filter(|_| self.bonds.integrity.is_none())
+    }
 }
 
 /// What laws with memory have answered.

@@ -194,7 +194,7 @@ impl Passes for Lps {
         &self,
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
-        if let (Some(lattice), Some(state)) = (&sweep.scene.families.lattice, &self.lattice) {
+        if let (Some(lattice), Some(state)) = (sweep.scene.lattice(), &self.lattice) {
             return self.forces_on_lattice::<D>((lattice, state), sweep);
         }
         let pulls = |point: usize, sums: [f64; 2]| self.ab::<D>(point, sums);

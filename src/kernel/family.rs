@@ -41,11 +41,20 @@ pub(crate) struct Omega<'a> {
     pub(crate) each: Option<EachBond<'a>>,
 }
 
-/// What each bond counts in the family of its own end, and in that of the other.
+/// What each bond counts in the family of its own end, and in that of the other, where that does not follow from its length;
+/// and its integrity, where the host has set any.
 #[derive(Clone, Copy)]
 pub(crate) struct EachBond<'a> {
-    pub(crate) own: &'a [f64],
-    pub(crate) back: &'a [f64],
+    pub(crate) own: Option<&'a [f64]>,
+    pub(crate) back: Option<&'a [f64]>,
+    pub(crate) integrity: Option<&'a [f64]>,
+}
+
+impl<'a> EachBond<'a> {
+    fn map(self, of: impl Fn(&'a [f64]) -> &'a [f64]) -> Self {
+        let Self { own, back, integrity } = self;
+        Self { own: own.map(&of), back: back.map(&of), integrity: integrity.map(of) }
+    }
 }
 
 impl Omega<'_> {
@@ -109,9 +118,8 @@ impl<'a> Family<'a> {
         let (count, lanes) = (records.len(), intact.len() * LANES);
         assert_eq!(count + 1, offsets.len());
         assert_eq!(offsets[count] as usize, intact.len());
-        if let Some(EachBond { own, back }) = omega.each {
-            assert_eq!(own.len(), lanes);
-            assert_eq!(back.len(), lanes);
+        if let Some(EachBond { own, back, integrity }) = omega.each {
+            assert!([own, back, integrity].into_iter().flatten().all(|of| of.len() == lanes));
         }
         let none = Self {
             families,
@@ -173,10 +181,7 @@ impl<'a> Family<'a> {
     {
         let first = self.families.blocks(points.start).start * LANES;
         let lanes = first..first + names.len();
-        let each = self.omega.each.map(|EachBond { own, back }| EachBond {
-            own: &own[lanes.clone()],
-            back: &back[lanes.clone()],
-        });
+        let each = self.omega.each.map(|each| each.map(|of| &of[lanes.clone()]));
         Family {
             families: self.families,
             records: self.records,
@@ -337,8 +342,8 @@ impl<'a> Family<'a> {
         reference: &[S::Lanes; D],
         factor: S::Lanes,
     ) -> S::Lanes {
-        let each = self.omega.each.map(|each| each.own);
-        self.times(simd, slot, reference, factor, each)
+        let kept = self.omega.each.and_then(|each| each.own);
+        self.times(simd, slot, reference, factor, kept)
     }
 
     /// What they count in the families of the other ends times another factor.
@@ -350,11 +355,11 @@ impl<'a> Family<'a> {
         reference: &[S::Lanes; D],
         factor: S::Lanes,
     ) -> S::Lanes {
-        let each = self.omega.each.map(|each| each.back);
-        self.times(simd, slot, reference, factor, each)
+        let kept = self.omega.each.and_then(|each| each.back);
+        self.times(simd, slot, reference, factor, kept)
     }
 
-    /// What bonds count, of `each` or by their length, times another factor.
+    /// What bonds count, of what is kept or by their length, and their integrity, times another factor.
     #[inline(always)]
     fn times<S: Simd, const D: usize>(
         &self,
@@ -362,11 +367,31 @@ impl<'a> Family<'a> {
         slot: usize,
         reference: &[S::Lanes; D],
         factor: S::Lanes,
-        each: Option<&[f64]>,
+        kept: Option<&[f64]>,
     ) -> S::Lanes {
-        match (each, self.omega.influence) {
-            (Some(each), _) => factor * from_slot(simd, each, slot),
-            (None, Influence::Constant) => factor,
+        let Some(EachBond { integrity, .. }) = self.omega.each else {
+            return self.times_of_length(simd, slot, reference, factor);
+        };
+        let counted = match kept {
+            Some(kept) => factor * from_slot(simd, kept, slot),
+            None => self.times_of_length(simd, slot, reference, factor),
+        };
+        match integrity {
+            Some(integrity) => counted * from_slot(simd, integrity, slot),
+            None => counted,
+        }
+    }
+
+    #[inline(always)]
+    fn times_of_length<S: Simd, const D: usize>(
+        &self,
+        simd: S,
+        slot: usize,
+        reference: &[S::Lanes; D],
+        factor: S::Lanes,
+    ) -> S::Lanes {
+        match self.omega.influence {
+            Influence::Constant => factor,
             _ => factor * self.weights(simd, slot, reference),
         }
     }

@@ -32,6 +32,9 @@ pub(crate) enum Kind {
     Odd,
 }
 
+/// What stands for the kind where nothing is kept of a point.
+pub(crate) const NOTHING_KEPT: f64 = 0.0;
+
 /// Numbers that are kept of a point before the rows: kind, 1/sum w V and sum V.
 pub(crate) const BEFORE_ROWS: usize = 3;
 
@@ -60,7 +63,7 @@ impl Kind {
     }
 }
 
-/// What is kept of the points of a range, and the masks that it belongs to. Nothing is kept where the kind is 0.
+/// What is kept of the points of a range, and the masks that it belongs to.
 pub(crate) struct Kept<'a> {
     pub(crate) numbers: &'a mut [f64],
     pub(crate) masks: &'a mut [u8],
@@ -138,9 +141,9 @@ impl<const D: usize, const SIZE: usize> Kernel for GradientSweep<'_, D, SIZE> {
             let (first, end) = family.slots(point);
             let blocks = first / 8 - start..end / 8 - start;
             let old = &mut kept.masks[blocks];
-            if kept_here[0] == 0.0 || old != masks {
+            if kept_here[0] == NOTHING_KEPT || old != masks {
                 // Nothing is kept while masks and rows do not belong together, should a panic come between.
-                kept_here[0] = 0.0;
+                kept_here[0] = NOTHING_KEPT;
                 old.copy_from_slice(masks);
                 keep(&sums.moments::<D, SIZE>(point, masks), kept_here);
             }

@@ -28,12 +28,16 @@ pub(crate) struct Plan {
     pub(crate) simd: SimdLevel,
     /// What sweeps leave out where it changes nothing.
     pub(crate) skips: Skips,
+    /// Whether bonds are computed several at a time.
+    pub(crate) lanes: bool,
 }
 
 /// What the host has said of the body besides points and models.
 pub(crate) struct SceneRequests {
     /// Whether lattices are looked for.
     pub(crate) lattices: bool,
+    /// Whether bonds are computed several at a time.
+    pub(crate) lanes: bool,
     pub(crate) skips: Skips,
     /// Sets that no bond of which may break, as flags by inner place.
     pub(crate) protected: Option<Vec<bool>>,
@@ -43,7 +47,8 @@ pub(crate) struct SceneRequests {
 
 impl Default for SceneRequests {
     fn default() -> Self {
-        Self { lattices: true, skips: Skips::default(), protected: None, interfaces: Vec::new() }
+        let (skips, interfaces) = (Skips::default(), Vec::new());
+        Self { lattices: true, lanes: true, skips, protected: None, interfaces }
     }
 }
 
@@ -84,7 +89,7 @@ impl Plan {
             rim,
             farthest,
             storage: models[0].storage(),
-            lattice: if requests.lattices {
+            lattice: if requests.lattices && requests.lanes {
                 formulation.use_of_a_lattice()
             } else {
                 LatticeUse::None
@@ -104,6 +109,7 @@ impl Plan {
             crack_tolerance,
             simd,
             skips: requests.skips,
+            lanes: requests.lanes,
         })
     }
 
@@ -161,6 +167,7 @@ impl Plan {
             flows: true,
             simd: self.simd,
             skips: self.skips,
+            lanes: self.lanes,
             asked: None,
         }
     }

@@ -325,7 +325,7 @@ impl Simulation {
             }
         }
         let Built { plan, workers, bonds, .. } = &mut built;
-        let Plan { dimension, families, formulation, simd, skips, .. } = plan;
+        let Plan { dimension, families, formulation, simd, skips, lanes, .. } = plan;
         formulation.refer_to(&Scene {
             dimension: *dimension,
             places: &families.places,
@@ -336,6 +336,7 @@ impl Simulation {
             flows: true,
             simd: *simd,
             skips: *skips,
+            lanes: *lanes,
             asked: None,
         })?;
         for request in damage.filter(|request| !is_notch(request)) {

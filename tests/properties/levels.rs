@@ -464,12 +464,7 @@ fn points_that_fall_together_do_not_pull_on_each_other() {
     for formulation in ON_LATTICES {
         let [one_by_one, lattice] = [false, true].map(|lattices| {
             let mut simulation = simulation(&points, formulation, lattices);
-            if !lattices {
-                // Once bonds have an integrity of their own, they are computed one by one.
-                for value in [0.5, 1.0] {
-                    simulation.set_bond_integrity(&[[0, 1]], &[value]).unwrap();
-                }
-            }
+            simulation.set_lanes(lattices).unwrap();
             simulation.set(Field::Displacement, &shift).unwrap();
             simulation.get(Field::InternalForce).unwrap()
         });

@@ -1,5 +1,4 @@
-//! Sweeps in lanes, on every level of instructions that the machine has, against the loops over single bonds that bodies
-//! with an integrity of their own bonds are computed by.
+//! Sweeps in lanes, on every level of instructions that the machine has, against the loops over single bonds.
 
 use std::ops::ControlFlow;
 
@@ -49,11 +48,24 @@ fn cut(body: &Body, simulation: &mut Simulation, share: f64) {
     simulation.break_bonds(&broken).unwrap();
 }
 
-/// Has bonds with an integrity of their own, which is 1.
-fn grade(simulation: &mut Simulation) {
-    let whole = bonds(simulation).into_iter().find(|bond| bond.2 == 1.0).unwrap().0;
-    simulation.set_bond_integrity(&[whole], &[0.5]).unwrap();
-    simulation.set_bond_integrity(&[whole], &[1.0]).unwrap();
+/// Has bonds computed on a level, or one by one.
+fn compute_on(simulation: &mut Simulation, level: Option<SimdLevel>) {
+    match level {
+        Some(level) => simulation.set_simd(level).unwrap(),
+        None => simulation.set_lanes(false).unwrap(),
+    }
+}
+
+/// Weakens a share of the bonds.
+fn weaken(body: &Body, simulation: &mut Simulation, share: f64) {
+    let mut random = body.scene.random(79);
+    let weak: Vec<_> = bonds(simulation)
+        .into_iter()
+        .filter(|(_, _, integrity)| *integrity > 0.0 && random.chance(share))
+        .map(|(pair, ..)| pair)
+        .collect();
+    let values: Vec<_> = weak.iter().map(|_| random.between(0.1, 1.0)).collect();
+    simulation.set_bond_integrity(&weak, &values).unwrap();
 }
 
 /// These, and bodies with unequal horizons, influence functions of two materials, and part volumes at the rim.
@@ -72,13 +84,8 @@ fn ready(
     level: Option<SimdLevel>,
     share: f64,
 ) -> Simulation {
-    if let Some(level) = level {
-        simulation.set_simd(level).unwrap();
-    }
+    compute_on(&mut simulation, level);
     cut(body, &mut simulation, share);
-    if level.is_none() {
-        grade(&mut simulation);
-    }
     simulation
 }
 
@@ -158,7 +165,36 @@ fn every_level_gives_the_fields_of_single_bonds() {
     check_fields(&fields, 1e-11);
 }
 
-/// bond_based sweeps weakened bonds in lanes, the other goes over them one by one.
+#[test]
+fn every_level_gives_what_single_bonds_do_where_they_are_weakened() {
+    let fields = [
+        Field::InternalForce,
+        Field::StrainEnergyDensity,
+        Field::DeformationGradient,
+        Field::FirstPiolaStress,
+    ];
+    for body in all_bodies() {
+        let moved = body.shaken();
+        for form in forms(body.scene.dimension) {
+            let name = format!("{form:?}");
+            let worst = worst_on_every_level(&name, |level| {
+                let mut simulation = ready(&body, body.simulation(form), level, 0.1);
+                let mut shown = Vec::new();
+                for share in [0.5, 0.0, 1.0] {
+                    // What has been left by other integrities must not matter.
+                    weaken(&body, &mut simulation, share);
+                    simulation.set(Field::Displacement, &moved).unwrap();
+                    simulation.evaluate().unwrap();
+                    shown.extend(fields.map(|field| simulation.get(field).unwrap()));
+                }
+                shown
+            });
+            assert!(worst < 1e-11, "{name}: {worst}");
+        }
+    }
+}
+
+/// bond_based has loops of its own.
 #[test]
 fn bonds_count_in_the_gradient_of_bond_based_as_in_that_of_a_constant_influence() {
     for body in bodies() {
@@ -370,11 +406,7 @@ fn every_level_breaks_the_same_bonds_and_books_the_same_loss() {
             let torn = |level: Option<SimdLevel>| {
                 let mut simulation =
                     body.changed(form, |model| drop(model.set("critical_stretch", 0.05)));
-                if let Some(level) = level {
-                    simulation.set_simd(level).unwrap();
-                } else {
-                    grade(&mut simulation);
-                }
+                compute_on(&mut simulation, level);
                 simulation.set(Field::Displacement, &moved).unwrap();
                 simulation.step(step, 1).unwrap();
                 let health = simulation.health().unwrap();
