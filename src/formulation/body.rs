@@ -49,14 +49,6 @@ impl<T> ByModel<T> {
         self.values.iter().any(|value| *value != self.values[0])
     }
 
-    /// The value, if all points share it.
-    pub(super) fn only(&self) -> Option<&T> {
-        match &self.values[..] {
-            [value] => Some(value),
-            _ => None,
-        }
-    }
-
     pub(super) fn bytes(&self) -> usize {
         memory::bytes(&self.values) + memory::bytes(&self.model_of)
     }

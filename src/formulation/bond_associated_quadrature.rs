@@ -25,7 +25,7 @@ use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::error::Result;
 use crate::families::lattice::LatticeUse;
-use crate::kernel::quadrature::Stress;
+use crate::kernel::quadrature::{SeveralStresses, Stress};
 use crate::material::{Across, Answer, Deformation};
 use crate::memory;
 use crate::model::Model;
@@ -298,8 +298,20 @@ impl Baqp {
 
     /// The law in lanes, if it is one for them and all points share it.
     pub(super) fn stress(&self, dimension: usize) -> Option<Stress> {
-        let (lambda, mu) = self.laws.only()?.saint_venant_kirchhoff(dimension)?;
+        let (lambda, mu) = self.laws.common(dimension)?;
         Some(Stress { lambda, mu })
+    }
+
+    /// Those of points, if all are ones for lanes.
+    pub(super) fn stresses(
+        &self,
+        dimension: usize,
+    ) -> Option<SeveralStresses<impl Fn(usize) -> Stress + Copy + Sync>> {
+        let of = move |point: usize| {
+            let (lambda, mu) = self.laws.at(point).plane(dimension);
+            Stress { lambda, mu }
+        };
+        self.laws.are_quadratic().then_some(SeveralStresses(of))
     }
 }
 
@@ -338,6 +350,10 @@ impl Passes for Baqp {
 
     fn use_of_a_lattice(&self) -> LatticeUse {
         if self.fits_lattice() { LatticeUse::Pairs } else { LatticeUse::None }
+    }
+
+    fn models_differ(&self) -> Option<bool> {
+        Some(self.stress(3).is_none())
     }
 
     fn room_of_lanes(&self, points: usize, _: usize, dimension: usize) -> usize {

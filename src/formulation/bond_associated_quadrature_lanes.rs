@@ -1,7 +1,7 @@
 //! Bond-associated quadrature points in lanes: gradients of points, laws at the middles of bonds, and what bonds pull
 //! by themselves and through the gradients of their ends.
 //!
-//! Laws but Saint Venant-Kirchhoff's are asked bond by bond between the lanes. Points with an end of a bond that does
+//! Laws but Saint Venant-Kirchhoff's, of one material or several, are asked bond by bond between the lanes. Points with an end of a bond that does
 //! not span the body are computed by single bonds.
 
 use std::cell::RefCell;
@@ -20,7 +20,7 @@ use crate::damage::Breaking;
 use crate::families::LANES;
 use crate::kernel::family::{Record, Table};
 use crate::kernel::quadrature::{
-    BondByBond, BondLaw, BondMeans, BondStresses, Middles, Stress, odd_place, weight_place,
+    BondByBond, BondLaw, BondMeans, BondStresses, Middles, odd_place, weight_place,
 };
 use crate::material::{Across, Answer, Deformation};
 use crate::tensor::{self, Tensor, Vector, identity, zero};
@@ -268,10 +268,13 @@ impl Baqp {
         sweep: Sweep<'_>,
         gradients: &[[f64; GRADIENT]],
         kept: &Points<'_>,
-        law: Stress,
         (force, left): (&mut [f64], &mut [[f64; C]]),
     ) {
-        let then = |swept: &Swept<'_, D, D>| swept.forces(law, force, left);
+        let then = |swept: &Swept<'_, D, D>| match (self.stress(D), self.stresses(D)) {
+            (Some(law), _) => swept.forces(law, force, left),
+            (None, Some(laws)) => swept.forces(laws, force, left),
+            (None, None) => {}
+        };
         self.with_answers(sweep, gradients, kept, (&mut [], false), |_| true, then);
     }
 
@@ -325,9 +328,10 @@ impl Baqp {
         let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, breaking, |_| true);
         let scene = &in_lanes::remaining(scene, breaking);
         let sweep = Sweep { scene, ..sweep };
-        let then = |swept: &Swept<'_, D, SIZE>| match self.stress(D) {
-            Some(law) => swept.forces(law, force, left),
-            None => swept.forces(self.bond_law(swept.body), force, left),
+        let then = |swept: &Swept<'_, D, SIZE>| match (self.stress(D), self.stresses(D)) {
+            (Some(law), _) => swept.forces(law, force, left),
+            (None, Some(laws)) => swept.forces(laws, force, left),
+            (None, None) => swept.forces(self.bond_law(swept.body), force, left),
         };
         self.with_answers(sweep, gradients, kept, (room.records, false), |_| true, then);
         pull::<D, C>(sweep, left, force)
@@ -352,9 +356,10 @@ impl Baqp {
         }
         let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, &mut None, passed);
         let dissipated = part == EnergyPart::Plastic;
-        let then = |swept: &Swept<'_, D, SIZE>| match self.stress(D) {
-            Some(law) => swept.energies(law, density, wanted),
-            None => swept.energies(self.bond_law(swept.body), density, wanted),
+        let then = |swept: &Swept<'_, D, SIZE>| match (self.stress(D), self.stresses(D)) {
+            (Some(law), _) => swept.energies(law, density, wanted),
+            (None, Some(laws)) => swept.energies(laws, density, wanted),
+            (None, None) => swept.energies(self.bond_law(swept.body), density, wanted),
         };
         self.with_answers(sweep, gradients, kept, (room.records, dissipated), passed, then);
         true
@@ -375,9 +380,10 @@ impl Baqp {
         let sweep = Sweep::new(scene, omega, records);
         let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, &mut None, |_| true);
         let values = PerPoint(values, width);
-        let then = |swept: &Swept<'_, D, SIZE>| match self.stress(D) {
+        let then = |swept: &Swept<'_, D, SIZE>| match (self.stress(D), self.stresses(D)) {
             // Nothing lies across a body in space.
-            Some(law) if D == 3 => swept.fields(law, values, read),
+            (Some(law), _) if D == 3 => swept.fields(law, values, read),
+            (None, Some(laws)) if D == 3 => swept.fields(laws, values, read),
             _ => swept.fields(self.bond_law_across(swept.body), values, read),
         };
         self.with_answers(sweep, gradients, kept, (room.records, false), |_| true, then);

@@ -57,7 +57,7 @@ pub(super) fn along(lattice: &Lattice) -> Result<Vec<[f64; 3]>> {
 impl Baqp {
     /// Whether its sweeps run on a lattice.
     pub(super) fn fits_lattice(&self) -> bool {
-        self.order == 1 && self.weights.are_shared() && self.stress(3).is_some()
+        self.order == 1 && self.weights.are_shared() && self.laws.are_quadratic()
     }
 
     /// `A` = `D` x `D` + 1, `N` = `D` x `D`, `M`: both; `C` = 4 (`D` + 1).
@@ -73,7 +73,7 @@ impl Baqp {
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
         let ForceSweep { scene, room, force, breaking, resting } = sweep;
-        let (omega, law) = (self.kept.omega(scene, &self.weights)?, self.stress(D)?);
+        let (omega, laws) = (self.kept.omega(scene, &self.weights)?, self.stresses(D)?);
         let mut beyond = rows.state.seam.as_ref().map(|seam| {
             let count = scene.places.len();
             let (records, rest) = seam.record::<D>(scene, room.tables);
@@ -125,13 +125,14 @@ impl Baqp {
             let halves = halves.values.map(|column| &*column);
             let outputs = (forces.again(), tensors.again(), masks.again());
             scene.workers.sweep(seats, outputs, |range, outputs| {
-                let part = |range: Range<usize>, (force, left, masks): Outputs<'_, N>, rest| {
+                let part = |range: Range<usize>, (force, left, masks): Outputs<'_, N>, state| {
+                    let (rest, kind) = state;
                     if rest {
                         return;
                     }
                     scene.simd.run(BondStressSweep {
                         groups,
-                        law,
+                        law: (laws.0)(lattice.sample(kind)),
                         along: &self.along,
                         halves,
                         range: range.start / LANES..range.end / LANES,
@@ -142,7 +143,8 @@ impl Baqp {
                         left: left.values,
                     });
                 };
-                by_state(range, outputs, |group| on.rests(group, 1), part);
+                let state = |group| (on.rests(group, 1), lattice.kind(group));
+                by_state(range, outputs, state, part);
             });
             if any_odd.get() {
                 // sum w xi xi^T of the lattice, with lengths in its unit and a volume of 1, over that of the body.
@@ -176,7 +178,7 @@ impl Baqp {
             drop(kept);
             if let Some(Beyond { seam, sweep, gradients, kept, left }) = &mut beyond {
                 let sweep = Sweep { scene, ..*sweep };
-                self.stresses_beyond::<D, C>(sweep, gradients, kept, law, (force, &mut *left));
+                self.stresses_beyond::<D, C>(sweep, gradients, kept, (force, &mut *left));
                 seam.exchange_tensors::<D, N, C>(sweep, unit, &mut tensors, left);
             }
             on_lattice::pull((&on, scene), groups, (forces, masks), tensors);

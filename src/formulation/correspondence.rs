@@ -292,6 +292,11 @@ impl Passes for Correspondence {
         if self.fits_lattice() { LatticeUse::Pairs } else { LatticeUse::None }
     }
 
+    /// Laws are asked point by point.
+    fn models_differ(&self) -> Option<bool> {
+        Some(false)
+    }
+
     fn room_of_lanes(&self, points: usize, _: usize, dimension: usize) -> usize {
         let row = match self.is_stabilised() {
             true => PENALTY_ROW,

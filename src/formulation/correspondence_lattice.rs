@@ -52,8 +52,7 @@ impl Correspondence {
             let point = lattice.members[seat] as usize;
             noted(point, self.laws.at(point).answer(&Deformation::whole(gradient)))
         };
-        let law = self.laws.only().and_then(|law| law.saint_venant_kirchhoff(D));
-        let law = law.map(|(lambda, mu)| Stress { lambda, mu });
+        let law = self.laws.common(D).map(|(lambda, mu)| Stress { lambda, mu });
         let any_odd = Cell::new(false);
         let first = |parts: &mut Parts<'_, D, N>| {
             let take = |force: &mut [f64], left: Columns<'_, N>, gradients: Gradients<'_, D>| {

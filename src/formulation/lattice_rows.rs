@@ -193,20 +193,20 @@ impl LatticeRows {
         let Store { numbers, masks } = &mut *kept.0;
         let row = on.lattice.row() / LANES;
         let kept = (PerPoint(&mut numbers[..], kept_width(D, D)), PerPoint(&mut masks[..], row));
-        let (groups, judge) = (parts.groups, on.limits);
+        let (groups, legs, judge) = (parts.groups, parts.legs, on.limits);
         let (simd, horizon) = (scene.simd, horizon / parts.unit);
         let outputs = (parts.forces.again(), parts.left.again());
         let outputs = (outputs, parts.masks.again(), parts.broke.again(), kept);
         scene.workers.sweep(parts.seats, outputs, |range, outputs| {
             let part = |range: Range<usize>,
                         ((force, left), masks, broke, (numbers, kept_masks)): Outputs<'_, N>,
-                        (rest, look)| {
+                        (rest, look, kind)| {
                 if rest {
                     return;
                 }
                 let gradients = Gradients {
                     simd,
-                    groups,
+                    groups: on.of_kind(groups, legs, kind),
                     range: range.start / LANES..range.end / LANES,
                     kept: Kept { numbers: numbers.0, masks: kept_masks.0 },
                     order,
@@ -217,7 +217,8 @@ impl LatticeRows {
                 };
                 take(force.0, left, gradients);
             };
-            let state = |group| (on.rests(group, sweeps), on.may_break(group));
+            let kind = |group| on.lattice.kind(group);
+            let state = |group| (on.rests(group, sweeps), on.may_break(group), kind(group));
             by_state(range, outputs, state, part);
         });
         any_odd.load(Ordering::Relaxed)

@@ -56,9 +56,16 @@ impl Laws {
         self.of.at(point)
     }
 
-    /// The law, if all points share it.
-    pub(super) fn only(&self) -> Option<&Law> {
-        self.of.only()
+    /// lambda and mu, if all points share them and have Saint Venant-Kirchhoff's law.
+    pub(super) fn common(&self, dimension: usize) -> Option<(f64, f64)> {
+        let constants = |law: &Law| law.saint_venant_kirchhoff(dimension);
+        let first = self.of.iter().next().and_then(constants);
+        first.filter(|_| self.of.iter().all(|law| constants(law) == first))
+    }
+
+    /// Whether all points have Saint Venant-Kirchhoff's law.
+    pub(super) fn are_quadratic(&self) -> bool {
+        self.of.iter().all(|law| law.saint_venant_kirchhoff(3).is_some())
     }
 
     /// Whether a body that has not been deformed has no stress at all, to the last bit.

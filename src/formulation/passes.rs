@@ -102,7 +102,8 @@ pub(super) trait Passes: Sized + Send + Sync {
         LatticeUse::None
     }
 
-    /// Whether models differ in what its sweeps over groups of a lattice take of one; `None` where they ask point by point.
+    /// Whether models differ in what its sweeps over groups of a lattice take of one; `None` where no sweep tells groups of
+    /// several kinds apart.
     fn models_differ(&self) -> Option<bool> {
         None
     }

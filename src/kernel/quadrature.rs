@@ -29,6 +29,10 @@ pub(crate) struct Stress {
     pub(crate) mu: f64,
 }
 
+/// The same by points, in lanes: bonds have the mean of the laws of their ends.
+#[derive(Clone, Copy)]
+pub(crate) struct SeveralStresses<F>(pub(crate) F);
+
 /// One bond after the other: by point, slot, other end and displacement gradient.
 #[derive(Clone, Copy)]
 pub(crate) struct BondByBond<F>(pub(crate) F);
@@ -314,14 +318,14 @@ where
 }
 
 impl Stress {
-    /// W = lambda/2 tr(E)^2 + mu E:E and P = F (lambda tr(E) I + 2 mu E), with 2 E = H + H^T + H^T H.
+    /// Energy and stress of displacement gradients.
     #[inline(always)]
     pub(super) fn at<S: Simd, const D: usize>(
         &self,
         simd: S,
         gradient: &[[S::Lanes; D]; D],
     ) -> (S::Lanes, [[S::Lanes; D]; D]) {
-        self.weighted(simd, simd.splat(1.0), gradient)
+        answer(simd, simd.splat(0.5 * self.lambda), simd.splat(self.mu), gradient)
     }
 
     /// The same times a weight.
@@ -333,44 +337,75 @@ impl Stress {
         gradient: &[[S::Lanes; D]; D],
     ) -> (S::Lanes, [[S::Lanes; D]; D]) {
         let half_lambda = simd.splat(0.5 * self.lambda) * weight;
-        let mu = simd.splat(self.mu) * weight;
-        let mut second = *gradient;
-        for row in 0..D {
-            for column in row..D {
-                let mut twice = gradient[row][column] + gradient[column][row];
-                for line in gradient {
-                    twice = line[row].mul_add(line[column], twice);
-                }
-                second[row][column] = twice;
+        answer(simd, half_lambda, simd.splat(self.mu) * weight, gradient)
+    }
+}
+
+/// W = lambda/2 tr(E)^2 + mu E:E and P = F (lambda tr(E) I + 2 mu E), with 2 E = H + H^T + H^T H.
+#[inline(always)]
+fn answer<S: Simd, const D: usize>(
+    simd: S,
+    half_lambda: S::Lanes,
+    mu: S::Lanes,
+    gradient: &[[S::Lanes; D]; D],
+) -> (S::Lanes, [[S::Lanes; D]; D]) {
+    let mut second = *gradient;
+    for row in 0..D {
+        for column in row..D {
+            let mut twice = gradient[row][column] + gradient[column][row];
+            for line in gradient {
+                twice = line[row].mul_add(line[column], twice);
+            }
+            second[row][column] = twice;
+        }
+    }
+    let mut trace = second[0][0];
+    for axis in 1..D {
+        trace = trace + second[axis][axis];
+    }
+    let pressure = half_lambda * trace;
+    let (mut held, mut sheared) = (pressure * trace, simd.splat(0.0));
+    for row in 0..D {
+        for column in row..D {
+            let strain = second[row][column];
+            let shear = mu * strain;
+            let diagonal = row == column;
+            sheared = shear.mul_add(if diagonal { strain } else { strain + strain }, sheared);
+            second[row][column] = if diagonal { shear + pressure } else { shear };
+            second[column][row] = second[row][column];
+        }
+    }
+    held = (held + sheared) * simd.splat(0.25);
+    let mut stress = second;
+    for row in 0..D {
+        for column in 0..D {
+            for inner in 0..D {
+                stress[row][column] =
+                    gradient[row][inner].mul_add(second[inner][column], stress[row][column]);
             }
         }
-        let mut trace = second[0][0];
-        for axis in 1..D {
-            trace = trace + second[axis][axis];
+    }
+    (held, stress)
+}
+
+impl<const D: usize, F: Fn(usize) -> Stress> BondLaw<D> for SeveralStresses<F> {
+    #[inline(always)]
+    fn answer<S: Simd>(
+        &mut self,
+        simd: S,
+        family: &Family<'_>,
+        (point, slot): (usize, usize),
+        _: u8,
+        gradient: &[[S::Lanes; D]; D],
+    ) -> (S::Lanes, [[S::Lanes; D]; D]) {
+        let (names, own) = (family.names::<S>(slot), (self.0)(point));
+        let (mut lambdas, mut mus) = ([0.0; 8], [0.0; 8]);
+        for lane in 0..S::WIDTH {
+            let other = (self.0)(names[lane] as usize);
+            lambdas[lane] = 0.25 * (own.lambda + other.lambda);
+            mus[lane] = 0.5 * (own.mu + other.mu);
         }
-        let pressure = half_lambda * trace;
-        let (mut held, mut sheared) = (pressure * trace, simd.splat(0.0));
-        for row in 0..D {
-            for column in row..D {
-                let strain = second[row][column];
-                let shear = mu * strain;
-                let diagonal = row == column;
-                sheared = shear.mul_add(if diagonal { strain } else { strain + strain }, sheared);
-                second[row][column] = if diagonal { shear + pressure } else { shear };
-                second[column][row] = second[row][column];
-            }
-        }
-        held = (held + sheared) * simd.splat(0.25);
-        let mut stress = second;
-        for row in 0..D {
-            for column in 0..D {
-                for inner in 0..D {
-                    stress[row][column] =
-                        gradient[row][inner].mul_add(second[inner][column], stress[row][column]);
-                }
-            }
-        }
-        (held, stress)
+        answer(simd, simd.load(&lambdas), simd.load(&mus), gradient)
     }
 }
 
