@@ -18,6 +18,9 @@ const MOST_OFF: f64 = 1e-8;
 /// Points whose surroundings are looked at for a spacing.
 const SEEDS: usize = 8;
 
+/// The golden ratio, of which no multiple comes near a whole number.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
 /// Points that are asked for a grid that suits the body, and the part of them that must be on it.
 const SAMPLE: usize = 4096;
 const LEAST_PART: usize = 32;
@@ -141,7 +144,9 @@ impl Crossings {
         let sample = || places.iter().step_by(count.div_ceil(SAMPLE));
         let whole = sample().count();
         let mut best: Option<(usize, Grid, f64)> = None;
-        for seed in (0..SEEDS).map(|k| (2 * k + 1) * count / (2 * SEEDS)) {
+        // At even distances seeds could all stand in the same part of each row of the inner order.
+        let seeds = (1..=SEEDS).map(|k| (count as f64 * (k as f64 * GOLDEN).fract()) as usize);
+        for seed in seeds {
             let Some(grid) = Grid::around(places, seed, radius) else { continue };
             let volume = places[seed][3];
             let met = sample().filter(|place| on(&grid, volume, place).is_some()).count();

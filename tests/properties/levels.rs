@@ -326,6 +326,29 @@ fn lattices_of_several_materials_break_as_clouds() {
 }
 
 #[test]
+fn the_half_of_a_body_that_is_a_lattice_is_found_wherever_it_lies() {
+    for upper in [[24.0, 24.0, 24.0], [40.0, 12.0, 16.0], [16.0, 40.0, 12.0]] {
+        let block = Points::block(3, &[0.0; 3], &upper, 1.0).unwrap();
+        for half in 0..6 {
+            let (axis, middle) = (half % 3, 0.5 * upper[half % 3]);
+            let (mut places, mut random) = (block.coordinates().to_vec(), Random(3));
+            for place in places.chunks_exact_mut(3) {
+                if (place[axis] < middle) == (half < 3) {
+                    place.iter_mut().for_each(|x| *x += random.between(-0.2, 0.2));
+                }
+            }
+            let points = Points::new(3, &places, block.volumes()).unwrap();
+            let [cloud, body] = [false, true].map(|lattices| {
+                let simulation = simulation(&points, "bond_based", lattices);
+                simulation.bond_count().unwrap();
+                simulation.memory().bonds as f64
+            });
+            assert!(body < 0.9 * cloud, "{upper:?}, {half}: {body} of {cloud} bytes");
+        }
+    }
+}
+
+#[test]
 fn what_the_host_breaks_is_lost_to_a_lattice_that_cannot_break() {
     let points = Points::block(3, &[0.0; 3], &[14.0, 11.0, 9.0], 1.0).unwrap();
     let displacement = Random(11).around_zero(3 * points.count(), 1e-3);
