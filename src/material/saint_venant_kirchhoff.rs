@@ -3,6 +3,7 @@
 use super::{Answer, Deformation, Law};
 use crate::tensor::{contracted, product, scaled, sum, trace};
 
+#[inline(always)]
 pub(super) fn answer<const D: usize>(law: &Law, deformation: &Deformation<D>) -> Answer<D> {
     let (lambda, mu) = law.constants(deformation.rank);
     let strain = scaled(&deformation.twice_strain(), 0.5);
