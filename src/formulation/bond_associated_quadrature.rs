@@ -307,11 +307,7 @@ impl Baqp {
         &self,
         dimension: usize,
     ) -> Option<SeveralStresses<impl Fn(usize) -> Stress + Copy + Sync>> {
-        let of = move |point: usize| {
-            let (lambda, mu) = self.laws.at(point).plane(dimension);
-            Stress { lambda, mu }
-        };
-        self.laws.are_quadratic().then_some(SeveralStresses(of))
+        self.laws.stresses(dimension).map(SeveralStresses)
     }
 }
 

@@ -12,7 +12,6 @@ use super::passes::ForceSweep;
 use super::{Scene, in_lanes};
 use crate::families::lattice::Lattice;
 use crate::kernel::lattice::Stresses;
-use crate::kernel::quadrature::Stress;
 use crate::material::{Answer, Deformation};
 use crate::tensor::{Tensor, product, scaled};
 
@@ -52,11 +51,11 @@ impl Correspondence {
             let point = lattice.members[seat] as usize;
             noted(point, self.laws.at(point).answer(&Deformation::whole(gradient)))
         };
-        let law = self.laws.common(D).map(|(lambda, mu)| Stress { lambda, mu });
+        let laws = self.laws.stresses(D);
         let any_odd = Cell::new(false);
         let first = |parts: &mut Parts<'_, D, N>| {
             let take = |force: &mut [f64], left: Columns<'_, N>, gradients: Gradients<'_, D>| {
-                let mut stresses = Stresses { law, ask, force, left: left.values, bad: None };
+                let mut stresses = Stresses { laws, ask, force, left: left.values, bad: None };
                 gradients.give(&mut stresses);
                 bad.fetch_min(stresses.bad.unwrap_or(usize::MAX), Ordering::Relaxed);
             };

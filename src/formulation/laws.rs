@@ -11,6 +11,7 @@ use super::passes::Passes;
 use super::{Materials, Scene};
 use crate::error::Result;
 use crate::families::LANES;
+use crate::kernel::quadrature::Stress;
 use crate::material::{
     Across, Answer, Deformation, HostLaw, Law, MEMORY, Record, Room, record_width,
 };
@@ -66,6 +67,18 @@ impl Laws {
     /// Whether all points have Saint Venant-Kirchhoff's law.
     pub(super) fn are_quadratic(&self) -> bool {
         self.of.iter().all(|law| law.saint_venant_kirchhoff(3).is_some())
+    }
+
+    /// Those of points, if they have.
+    pub(super) fn stresses(
+        &self,
+        dimension: usize,
+    ) -> Option<impl Fn(usize) -> Stress + Copy + Sync> {
+        let of = move |point: usize| {
+            let (lambda, mu) = self.at(point).plane(dimension);
+            Stress { lambda, mu }
+        };
+        self.are_quadratic().then_some(of)
     }
 
     /// Whether a body that has not been deformed has no stress at all, to the last bit.

@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use super::family::{Family, Table};
 use super::simd::{Kernel, Lanes, Simd};
+use crate::families::LANES;
 
 /// A law that is asked at bonds.
 pub(crate) trait BondLaw<const D: usize> {
@@ -328,6 +329,17 @@ impl Stress {
         answer(simd, simd.splat(0.5 * self.lambda), simd.splat(self.mu), gradient)
     }
 
+    /// The same by the law of each lane.
+    #[inline(always)]
+    pub(super) fn of_each<S: Simd, const D: usize>(
+        simd: S,
+        laws: &[Self; LANES],
+        gradient: &[[S::Lanes; D]; D],
+    ) -> (S::Lanes, [[S::Lanes; D]; D]) {
+        let half_lambda = simd.each(|lane| 0.5 * laws[lane].lambda);
+        answer(simd, half_lambda, simd.each(|lane| laws[lane].mu), gradient)
+    }
+
     /// The same times a weight.
     #[inline(always)]
     pub(super) fn weighted<S: Simd, const D: usize>(
@@ -399,13 +411,13 @@ impl<const D: usize, F: Fn(usize) -> Stress> BondLaw<D> for SeveralStresses<F> {
         gradient: &[[S::Lanes; D]; D],
     ) -> (S::Lanes, [[S::Lanes; D]; D]) {
         let (names, own) = (family.names::<S>(slot), (self.0)(point));
-        let (mut lambdas, mut mus) = ([0.0; 8], [0.0; 8]);
-        for lane in 0..S::WIDTH {
-            let other = (self.0)(names[lane] as usize);
-            lambdas[lane] = 0.25 * (own.lambda + other.lambda);
-            mus[lane] = 0.5 * (own.mu + other.mu);
+        let mut means = [own; LANES];
+        for (mean, &name) in means.iter_mut().zip(names) {
+            let other = (self.0)(name as usize);
+            mean.lambda = 0.5 * (own.lambda + other.lambda);
+            mean.mu = 0.5 * (own.mu + other.mu);
         }
-        answer(simd, simd.load(&lambdas), simd.load(&mus), gradient)
+        Stress::of_each(simd, &means, gradient)
     }
 }
 

@@ -13,9 +13,9 @@ use crate::kernel::simd::{Kernel, Lanes, Simd};
 
 /// What the points of a range of groups leave for others: T = P (sum w xi xi^T)^-1 at their gradients, in columns of the
 /// cells, and T sum w xi as their own part of the force, eight numbers of each component a group. `N` = `D` x `D`.
-pub(crate) struct Stresses<'a, A, const D: usize, const N: usize> {
-    /// The law, where all points have one that is asked in lanes.
-    pub(crate) law: Option<Stress>,
+pub(crate) struct Stresses<'a, L, A, const D: usize, const N: usize> {
+    /// The laws of points, where all are ones for lanes.
+    pub(crate) laws: Option<L>,
     /// P of a seat whose family spans the body at a displacement gradient, else.
     pub(crate) ask: A,
     pub(crate) force: &'a mut [f64],
@@ -24,17 +24,26 @@ pub(crate) struct Stresses<'a, A, const D: usize, const N: usize> {
     pub(crate) bad: Option<usize>,
 }
 
-impl<A, const D: usize, const N: usize> TakeGradients<D> for Stresses<'_, A, D, N>
+impl<L, A, const D: usize, const N: usize> TakeGradients<D> for Stresses<'_, L, A, D, N>
 where
+    L: Fn(usize) -> Stress,
     A: FnMut(usize, &[[f64; D]; D]) -> [[f64; D]; D],
 {
     #[inline(always)]
     fn take<S: Simd>(&mut self, simd: S, seats: &Seats<'_>, slopes: &[[S::Lanes; D]; D]) {
-        let Self { law, ask, force, left, bad } = self;
+        let Self { laws, ask, force, left, bad } = self;
         let Seats { number, group, lane, members, kept, .. } = *seats;
         let mut stress = *slopes;
-        match law {
-            Some(law) => stress = law.at(simd, slopes).1,
+        match laws {
+            Some(laws) => {
+                let mut of = [Stress { lambda: 0.0, mu: 0.0 }; LANES];
+                for (of, &member) in of.iter_mut().zip(&members[lane..lane + S::WIDTH]) {
+                    if member != NOBODY {
+                        *of = laws(member as usize);
+                    }
+                }
+                stress = Stress::of_each(simd, &of, slopes).1;
+            }
             None => {
                 let (mut gradient, mut answers) = ([[[0.0; LANES]; D]; D], [[[0.0; LANES]; D]; D]);
                 for axis in 0..D {
