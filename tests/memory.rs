@@ -212,9 +212,12 @@ fn a_step_of_any_formulation_asks_for_no_memory() {
             model.set("poissons_ratio", 0.2).unwrap();
         }
         model.set("critical_stretch", 0.01).unwrap();
-        for threads in [1, 2] {
+        for (threads, weakened) in [(1, false), (2, false), (2, true)] {
             let mut simulation = Simulation::new(&points, &model).unwrap();
             simulation.set_threads(threads).unwrap();
+            if weakened {
+                simulation.set_bond_integrity(&[[0, 1]], &[0.5]).unwrap();
+            }
             // Some bonds break under way.
             let stretched = points.coordinates().iter().map(|x| 2e-4 * x * x);
             let displacement: Vec<f64> = stretched.collect();
@@ -223,7 +226,7 @@ fn a_step_of_any_formulation_asks_for_no_memory() {
             let before = LARGE_REQUESTS.load(Ordering::Relaxed);
             simulation.step(1e-3, 5).unwrap();
             let requests = LARGE_REQUESTS.load(Ordering::Relaxed) - before;
-            assert_eq!(requests, 0, "{}, {threads} threads", formulation.name);
+            assert_eq!(requests, 0, "{}, {threads} threads, {weakened}", formulation.name);
         }
     }
 }
