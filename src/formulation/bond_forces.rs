@@ -77,15 +77,8 @@ impl<L: BondLaw> BondForces<'_, L> {
                     let groups = on.of_kind(groups, legs, kind);
                     let breaks = Breaks { masks: masks.0, broke: broke.0, judge, look };
                     let range = range.start / LANES..range.end / LANES;
-                    let skips_bare = scene.skips.without_bonds;
                     let force = force.0;
-                    scene.simd.run(BondSweep {
-                        groups,
-                        range,
-                        force: &mut *force,
-                        breaks,
-                        skips_bare,
-                    });
+                    scene.simd.run(BondSweep { groups, range, force: &mut *force, breaks });
                     if let Some(constants) = self.constants {
                         let constant = constants.at(on.lattice.sample(kind));
                         force.iter_mut().for_each(|force| *force *= constant);

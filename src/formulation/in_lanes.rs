@@ -102,7 +102,7 @@ pub(super) fn record_some<'a, const D: usize>(
 
 /// The families of a scene with records of its points, and bonds as they are.
 pub(super) fn family<'a>(scene: &Scene<'a>, records: &'a [Record], omega: Omega<'a>) -> Family<'a> {
-    Family::new(scene.families, records, scene.bonds.intact, omega)
+    Family::new(scene.families, records, scene.bonds.intact, omega, scene.skips.without_bonds)
 }
 
 /// Lanes whose other ends are looked up at once where bonds are not listed.

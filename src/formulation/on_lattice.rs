@@ -313,7 +313,7 @@ impl<'a> OnLattice<'a> {
         let shifts = std::array::from_fn(|axis| &shifts[axis * stride..][..cells]);
         let mut left = left.chunks_mut(stride).map(|column| &mut column[..cells]);
         let mut parts = Parts {
-            groups: Groups::<D>::new(lattice, legs, shifts),
+            groups: Groups::<D>::new(lattice, legs, shifts, scene.skips.without_bonds),
             legs: &held.legs,
             seats: lattice.members.len(),
             unit,

@@ -36,7 +36,7 @@ where
             let tensor = &table.row(point)[first..first + D * D];
             let (of_monomials, of_moved) = operators(point);
             let mut sum = [simd.splat(0.0); D];
-            let (start, end) = family.slots(point);
+            let (start, end) = family.swept(point);
             for slot in (start..end).step_by(S::WIDTH) {
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
                 let weight = family.weighted(simd, slot, &bonds.reference, bonds.volume);

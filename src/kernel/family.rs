@@ -30,6 +30,8 @@ pub(crate) struct Family<'a> {
     /// One bit a slot.
     intact: &'a [u8],
     omega: Omega<'a>,
+    /// Whether points without bonds are left out.
+    skips_bare: bool,
 }
 
 /// omega(L), the same for all points, or what bonds count one by one.
@@ -113,6 +115,7 @@ impl<'a> Family<'a> {
         records: &'a [Record],
         intact: &'a [u8],
         omega: Omega<'a>,
+        skips_bare: bool,
     ) -> Self {
         let Families { offsets, neighbors, inverse_lengths, .. } = families;
         let (count, lanes) = (records.len(), intact.len() * LANES);
@@ -130,6 +133,7 @@ impl<'a> Family<'a> {
             inverses: None,
             intact,
             omega,
+            skips_bare,
         };
         if !families.are_listed() {
             return none;
@@ -191,6 +195,7 @@ impl<'a> Family<'a> {
             inverses,
             intact: &self.intact[lanes.start / LANES..lanes.end / LANES],
             omega: Omega { each, ..self.omega },
+            skips_bare: self.skips_bare,
         }
     }
 
@@ -221,6 +226,14 @@ impl<'a> Family<'a> {
         assert!(self.points.0 <= point && point < self.points.1);
         let slot = |end: usize| self.families.offsets[end] as usize * LANES - self.first;
         (slot(point), slot(point + 1))
+    }
+
+    /// The slots of a point that sweeps go through: all, or none where it has no bonds and such are left out.
+    #[inline(always)]
+    pub(super) fn swept(&self, point: usize) -> (usize, usize) {
+        let (start, end) = self.slots(point);
+        let bare = self.skips_bare && self.masks(point).iter().all(|&mask| mask == 0);
+        (start, if bare { start } else { end })
     }
 
     /// Where a slot stands among all lanes.
@@ -686,7 +699,7 @@ impl<const D: usize> Kernel for BreakSweep<'_, D> {
         let limits = breaking.limits;
         for point in range {
             let own = family.own(simd, point);
-            let (start, end) = family.slots(point);
+            let (start, end) = family.swept(point);
             let mut close = 0;
             for slot in (start..end).step_by(S::WIDTH) {
                 let lengths = family.bonds::<S, D>(simd, &own, slot).lengths(simd);

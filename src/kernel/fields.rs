@@ -178,7 +178,7 @@ where
         for point in range {
             let own = family.own(simd, point);
             let mut sums = BondSums::new(simd.splat(0.0));
-            let (start, end) = family.slots(point);
+            let (start, end) = family.swept(point);
             for slot in (start..end).step_by(S::WIDTH) {
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
                 let mask = simd.mask(family.bits(slot));

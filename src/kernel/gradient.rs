@@ -207,7 +207,7 @@ impl<S: Simd> Sums<'_, S> {
         let mut close = 0;
         let own = family.own(simd, point);
         let mut sum = [[simd.splat(0.0); SIZE]; D];
-        let (start, end) = family.slots(point);
+        let (start, end) = family.swept(point);
         for slot in (start..end).step_by(S::WIDTH) {
             let bonds = family.bonds::<S, D>(simd, &own, slot);
             let bits = masks[(slot - start) / 8] >> (slot % 8);
@@ -252,7 +252,7 @@ impl<S: Simd> Sums<'_, S> {
         let Self { simd, family, .. } = *self;
         let own = family.own(simd, point);
         let mut sum = [[simd.splat(0.0); SIZE]; D];
-        let (start, end) = family.slots(point);
+        let (start, end) = family.swept(point);
         for slot in (start..end).step_by(S::WIDTH) {
             let bonds = family.bonds::<S, D>(simd, &own, slot);
             let bits = masks[(slot - start) / 8] >> (slot % 8);
@@ -269,7 +269,7 @@ impl<S: Simd> Sums<'_, S> {
         let zero = simd.splat(0.0);
         let (mut products, mut sums) = ([[zero; SIZE]; SIZE], [zero; SIZE]);
         let (mut weights, mut volumes) = (zero, zero);
-        let (start, end) = family.slots(point);
+        let (start, end) = family.swept(point);
         for slot in (start..end).step_by(S::WIDTH) {
             let bonds = family.bonds::<S, D>(simd, &own, slot);
             let bits = masks[(slot - start) / 8] >> (slot % 8);
@@ -326,7 +326,7 @@ where
             let Some(gradient) = gradient(point) else { continue };
             let own = family.own(simd, point);
             let mut sum = [[simd.splat(0.0); D]; D];
-            let (start, end) = family.slots(point);
+            let (start, end) = family.swept(point);
             for slot in (start..end).step_by(S::WIDTH) {
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
                 let mask = simd.mask(family.bits(slot));

@@ -126,7 +126,7 @@ fn each_bond<S: Simd, const D: usize, const C: usize>(
     mut take: impl FnMut(usize, u32, f64),
 ) {
     let weighs = family.is_weighted();
-    let (start, end) = family.slots(point);
+    let (start, end) = family.swept(point);
     let own = family.own(simd, point);
     let mut weights = [1.0; 8];
     for slot in (start..end).step_by(8) {

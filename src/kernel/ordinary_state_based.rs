@@ -78,7 +78,7 @@ fn own_sums<S: Simd, const PER_LENGTH: bool, const D: usize>(
     let (mut weighted, mut sum) = (zero, zero);
     let (mut shear, mut dilated) = ([zero; D], [zero; D]);
     let mut close = 0;
-    let (start, end) = family.slots(point);
+    let (start, end) = family.swept(point);
     for slot in (start..end).step_by(S::WIDTH) {
         let bonds = family.bonds::<S, D>(simd, &own, slot);
         let lengths = bonds.lengths(simd);
@@ -128,7 +128,7 @@ impl<const D: usize, const PER_LENGTH: bool> Kernel for OtherPull<'_, D, PER_LEN
         for (force, point) in forces.iter_mut().zip(range) {
             let own = family.own(simd, point);
             let mut sum = [simd.splat(0.0); D];
-            let (start, end) = family.slots(point);
+            let (start, end) = family.swept(point);
             for slot in (start..end).step_by(S::WIDTH) {
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
                 let at = bonds.lengths(simd).stretches(simd, &family, slot);
@@ -181,7 +181,7 @@ where
             let zero = simd.splat(0.0);
             let own = family.own(simd, point);
             let (mut weighted, mut sum, mut squares) = (zero, zero, zero);
-            let (start, end) = family.slots(point);
+            let (start, end) = family.swept(point);
             for slot in (start..end).step_by(S::WIDTH) {
                 let bonds = family.bonds::<S, D>(simd, &own, slot);
                 let lengths = bonds.lengths(simd);

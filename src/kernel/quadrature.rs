@@ -213,7 +213,7 @@ where
             }
             let end = middles.end::<S, D>(simd, point);
             let (mut through, mut straight, mut odd) = ([[zero; D]; D], [zero; D], zero);
-            let (start, stop) = family.slots(point);
+            let (start, stop) = family.swept(point);
             for slot in (start..stop).step_by(S::WIDTH) {
                 let bits = family.bits(slot);
                 let mask = simd.mask(bits);
@@ -281,7 +281,7 @@ where
             let end = middles.end::<S, D>(simd, point);
             let (mut sum, mut odd) = (simd.splat(0.0), simd.splat(0.0));
             let mut stresses = [[simd.splat(0.0); D]; D];
-            let (start, stop) = family.slots(point);
+            let (start, stop) = family.swept(point);
             for slot in (start..stop).step_by(S::WIDTH) {
                 let bits = family.bits(slot);
                 let mask = simd.mask(bits);

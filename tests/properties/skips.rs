@@ -126,10 +126,10 @@ fn is_for(scene: Scene, dimension: usize) -> bool {
 fn what_rests_is_left_out_of_two_sweeps_and_three() {
     for scene in IN_SWEEPS {
         for (upper, jitter, alone) in [
-            (&[150.0, 6.0, 6.0][..], 0.0, 0),
-            (&[150.0, 6.0, 6.0], 0.2, 3),
-            (&[400.0, 12.0], 0.0, 0),
-            (&[400.0, 12.0], 0.2, 3),
+            (&[110.0, 5.0, 5.0][..], 0.0, 0),
+            (&[110.0, 5.0, 5.0], 0.2, 3),
+            (&[300.0, 10.0], 0.0, 0),
+            (&[300.0, 10.0], 0.2, 3),
         ] {
             if !is_for(scene, upper.len()) {
                 continue;
@@ -195,7 +195,7 @@ fn stretch_tests_that_are_left_out_change_no_bit_where_laws_have_a_memory() {
         of("bond_associated"),
     ] {
         for jitter in [0.0, 0.2] {
-            let points = bar(&[40.0, 5.0, 5.0], jitter, 2);
+            let points = bar(&[24.0, 5.0, 5.0], jitter, 2);
             let (expected, broken) = run(&points, scene, 3, NONE);
             assert!(broken > 100, "{broken}");
             let skips = Skips { stretch_tests: true, ..NONE };
@@ -241,6 +241,37 @@ fn nothing_that_is_left_out_changes_a_bit_where_bonds_differ() {
                 state_bits(&body)
             });
             assert!(states[0] == states[1], "{formulation}, {limit}, {weakened}");
+        }
+    }
+}
+
+/// A corner, and single points, all bonds of which are broken; some of them in whole groups of a lattice.
+#[test]
+fn points_without_bonds_are_left_out_to_the_last_bit() {
+    for scene in IN_SWEEPS.into_iter().chain([of("bond_based")]) {
+        for jitter in [0.0, 0.2] {
+            let points = bar(&[20.0, 9.0, 8.0], jitter, 0);
+            let places = points.coordinates();
+            let bare = |point: usize| {
+                let corner = places[3 * point..][..3].iter().zip([9.0, 3.0, 3.0]);
+                corner.clone().all(|(x, most)| *x < most) || point % 97 == 5
+            };
+            let states = [NONE, Skips { without_bonds: true, ..NONE }].map(|skips| {
+                let mut body = simulation(&points, scene, skips);
+                let pairs: Vec<_> = crate::scene::bonds(&body)
+                    .into_iter()
+                    .map(|(pair, ..)| pair)
+                    .filter(|pair| pair.iter().any(|&point| bare(point)))
+                    .collect();
+                body.break_bonds(&pairs).unwrap();
+                let damage = body.get(Field::Damage).unwrap();
+                assert!(damage.iter().filter(|&&damage| damage == 1.0).count() > 60);
+                let velocities = Random(6).around_zero(3 * points.count(), 0.02);
+                body.set(Field::Velocity, &velocities).unwrap();
+                body.step(0.25, 3).unwrap();
+                state_bits(&body)
+            });
+            assert!(states[0] == states[1], "{scene:?}, {jitter}");
         }
     }
 }

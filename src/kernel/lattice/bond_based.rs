@@ -15,8 +15,6 @@ pub(crate) struct BondSweep<'a, J, const D: usize> {
     pub(crate) range: Range<usize>,
     pub(crate) force: &'a mut [f64],
     pub(crate) breaks: Breaks<'a, J>,
-    /// Whether groups without bonds are left out.
-    pub(crate) skips_bare: bool,
 }
 
 impl<J: Judge, const D: usize> Kernel for BondSweep<'_, J, D> {
@@ -24,15 +22,10 @@ impl<J: Judge, const D: usize> Kernel for BondSweep<'_, J, D> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { groups, range, force, skips_bare, breaks: Breaks { masks, broke, judge, look } } =
-            self;
+        let Self { groups, range, force, breaks: Breaks { masks, broke, judge, look } } = self;
         for (number, group) in range.enumerate() {
             let force = &mut force[number * D * LANES..(number + 1) * D * LANES];
             let masks = &mut masks[masks_of(&groups, number)];
-            if skips_bare && masks.iter().all(|&mask| mask == 0) {
-                force.fill(0.0);
-                continue;
-            }
             let (beyond, finite) = match (are_whole(masks), look) {
                 (true, true) => {
                     sum_up::<true, true, false, S, D>(simd, &groups, group, masks, force)

@@ -100,11 +100,18 @@ pub(crate) struct Groups<'a, const D: usize> {
     legs: &'a [Leg],
     /// A component of the displacement of each cell, in the unit of the legs.
     shifts: [&'a [f64]; D],
+    /// Whether groups without bonds are left out.
+    skips_bare: bool,
 }
 
 impl<'a, const D: usize> Groups<'a, D> {
     /// Panics when there is not a leg for each step and a displacement for each cell.
-    pub(crate) fn new(lattice: &'a Lattice, legs: &'a [Leg], shifts: [&'a [f64]; D]) -> Self {
+    pub(crate) fn new(
+        lattice: &'a Lattice,
+        legs: &'a [Leg],
+        shifts: [&'a [f64]; D],
+        skips_bare: bool,
+    ) -> Self {
         let cells = lattice.point_of.len();
         assert!(shifts.iter().all(|shifts| shifts.len() == cells));
         // What is read without a look at the bounds.
@@ -115,7 +122,7 @@ impl<'a, const D: usize> Groups<'a, D> {
         assert!(lattice.groups.is_empty() || first >= farthest && last + farthest + LANES <= cells);
         assert!(lattice.groups.is_sorted());
         assert_eq!(legs.len(), lattice.stencil.len());
-        Self { lattice, legs, shifts }
+        Self { lattice, legs, shifts, skips_bare }
     }
 
     /// The same with other limits. Panics when these are not legs of the same steps.
@@ -235,6 +242,9 @@ fn walk<const WHOLE: bool, const LOOK: bool, const CAREFUL: bool, S: Simd, const
     masks: &[u8],
     term: &mut impl Term<S, D>,
 ) -> u8 {
+    if !WHOLE && groups.skips_bare && masks.iter().all(|&mask| mask == 0) {
+        return 0;
+    }
     let mut own = [simd.splat(0.0); D];
     for (own, shifts) in own.iter_mut().zip(groups.shifts) {
         *own = simd.load(&shifts[cell..]);
