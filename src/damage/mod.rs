@@ -89,8 +89,9 @@ impl BondState {
     /// Is again as it was kept.
     pub(crate) fn take_back(&mut self, kept: Option<Kept>) {
         if let Some((intact, integrity)) = kept {
+            self.edition = next_edition();
+            self.grades = if integrity.is_some() { next_edition() } else { 0 };
             (self.intact, self.integrity) = (intact, integrity);
-            (self.edition, self.grades) = (next_edition(), next_edition());
         }
     }
 

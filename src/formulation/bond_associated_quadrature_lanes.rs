@@ -250,6 +250,17 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
     }
 }
 
+/// What is to be done with the law of all points, or those of points, where they are ones for lanes; else what there is for others.
+macro_rules! by_laws {
+    ($baqp:ident, $dimension:ident, $law:ident => $with:expr, _ => $else:expr) => {
+        match ($baqp.stress($dimension), $baqp.stresses($dimension)) {
+            (Some($law), _) => $with,
+            (None, Some($law)) => $with,
+            (None, None) => $else,
+        }
+    };
+}
+
 impl Baqp {
     /// What the first pass leaves of a point.
     pub(super) fn prepared<const D: usize>(
@@ -270,10 +281,9 @@ impl Baqp {
         kept: &Points<'_>,
         (force, left): (&mut [f64], &mut [[f64; C]]),
     ) {
-        let then = |swept: &Swept<'_, D, D>| match (self.stress(D), self.stresses(D)) {
-            (Some(law), _) => swept.forces(law, force, left),
-            (None, Some(laws)) => swept.forces(laws, force, left),
-            (None, None) => {}
+        let then = |swept: &Swept<'_, D, D>| {
+            let others = || debug_assert!(false, "lattices are of laws for lanes");
+            by_laws!(self, D, law => swept.forces(law, force, left), _ => others());
         };
         self.with_answers(sweep, gradients, kept, (&mut [], false), |_| true, then);
     }
@@ -328,10 +338,9 @@ impl Baqp {
         let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, breaking, |_| true);
         let scene = &in_lanes::remaining(scene, breaking);
         let sweep = Sweep { scene, ..sweep };
-        let then = |swept: &Swept<'_, D, SIZE>| match (self.stress(D), self.stresses(D)) {
-            (Some(law), _) => swept.forces(law, force, left),
-            (None, Some(laws)) => swept.forces(laws, force, left),
-            (None, None) => swept.forces(self.bond_law(swept.body), force, left),
+        let then = |swept: &Swept<'_, D, SIZE>| {
+            let others = self.bond_law(swept.body);
+            by_laws!(self, D, law => swept.forces(law, force, left), _ => swept.forces(others, force, left));
         };
         self.with_answers(sweep, gradients, kept, (room.records, false), |_| true, then);
         pull::<D, C>(sweep, left, force)
@@ -356,10 +365,13 @@ impl Baqp {
         }
         let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, &mut None, passed);
         let dissipated = part == EnergyPart::Plastic;
-        let then = |swept: &Swept<'_, D, SIZE>| match (self.stress(D), self.stresses(D)) {
-            (Some(law), _) => swept.energies(law, density, wanted),
-            (None, Some(laws)) => swept.energies(laws, density, wanted),
-            (None, None) => swept.energies(self.bond_law(swept.body), density, wanted),
+        let then = |swept: &Swept<'_, D, SIZE>| {
+            let others = self.bond_law(swept.body);
+            by_laws!(
+                self, D,
+                law => swept.energies(law, density, wanted),
+                _ => swept.energies(others, density, wanted)
+            );
         };
         self.with_answers(sweep, gradients, kept, (room.records, dissipated), passed, then);
         true
@@ -380,11 +392,17 @@ impl Baqp {
         let sweep = Sweep::new(scene, omega, records);
         let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, &mut None, |_| true);
         let values = PerPoint(values, width);
-        let then = |swept: &Swept<'_, D, SIZE>| match (self.stress(D), self.stresses(D)) {
+        let then = |swept: &Swept<'_, D, SIZE>| {
+            let others = self.bond_law_across(swept.body);
+            if D < 3 {
+                return swept.fields(others, values, read);
+            }
             // Nothing lies across a body in space.
-            (Some(law), _) if D == 3 => swept.fields(law, values, read),
-            (None, Some(laws)) if D == 3 => swept.fields(laws, values, read),
-            _ => swept.fields(self.bond_law_across(swept.body), values, read),
+            by_laws!(
+                self, D,
+                law => swept.fields(law, values, read),
+                _ => swept.fields(others, values, read)
+            );
         };
         self.with_answers(sweep, gradients, kept, (room.records, false), |_| true, then);
         true

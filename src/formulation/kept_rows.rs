@@ -63,6 +63,11 @@ impl<'a, const D: usize, const SIZE: usize> Point<'a, D, SIZE> {
         self.0[2]
     }
 
+    /// Whether the family is known not to span the body. Nothing is known of points that have always rested.
+    fn is_odd(&self) -> bool {
+        self.0[0] == Kind::Odd.number()
+    }
+
     /// Whether the family spans the body.
     pub(super) fn spans(&self) -> bool {
         Kind::of(self.0) != Kind::Odd
@@ -215,9 +220,9 @@ impl Points<'_> {
         scene.workers.sweep(scene.places.len(), outputs, |range, outputs| {
             let mut outputs = PointByPoint::new(outputs, range.start);
             for point in range {
-                let kept = self.at(point);
+                let kept = self.at::<D, SIZE>(point);
                 let swept = self.which == Which::All || scene.families.is_listed(point);
-                if swept && !kept.spans() {
+                if swept && kept.is_odd() {
                     outputs.give(point, |own| finish(point, kept, own));
                 }
             }

@@ -34,6 +34,8 @@ pub(super) struct StateBased<P> {
     limits: LimitsFollow,
     /// What is known of where nothing happens.
     calm: Option<Calm>,
+    /// How far the force on a point of a body reaches that has none at rest, in families.
+    rings: Option<u8>,
 }
 
 impl<P: Passes> StateBased<P> {
@@ -46,7 +48,7 @@ impl<P: Passes> StateBased<P> {
             "bond constants",
         )?;
         let limits = LimitsFollow::Nothing;
-        Ok(Self { passes, bond_constants, breaks: false, limits, calm: None })
+        Ok(Self { passes, bond_constants, breaks: false, limits, calm: None, rings: None })
     }
 
     fn passes<const D: usize>(
@@ -346,13 +348,13 @@ impl<P: Passes> Formulation for StateBased<P> {
             self.passes.weights_mut().keep(scene)?;
         }
         self.passes.refer_to(scene)?;
-        let rings = self.passes.rings(scene.dimension).filter(|_| has_lanes);
+        self.rings = self.passes.rings(scene.dimension).filter(|_| has_lanes);
         let tests = self.breaks && self.limits == LimitsFollow::Nothing;
         if let Some(reach) = scene.families.reach.uniform_radius()
-            && (tests || rings.is_some())
+            && (tests || self.rings.is_some())
         {
             // What a sweep leaves is read by others, each a ring further in.
-            let most_rings = rings.map_or(0, |rings| 2 * rings - 1);
+            let most_rings = self.rings.map_or(0, |rings| 2 * rings - 1);
             self.calm = Some(Calm::new(scene, reach, tests, most_rings)?);
         }
         let Some(Surface { correction, moduli }) = self.passes.surface() else { return Ok(()) };
@@ -405,8 +407,9 @@ impl<P: Passes> Formulation for StateBased<P> {
     ) -> Option<usize> {
         let mut breaking = breaking;
         let (records, in_lanes) = (self.records_of(scene), self.passes.runs_in_lanes(scene));
-        let look = self.calm.as_ref().map(|calm| calm.look(scene));
-        let resting = Resting::new(look.as_ref(), self.passes.rings(scene.dimension));
+        let calm = self.calm.as_ref().filter(|_| breaking.is_some() || self.rings.is_some());
+        let look = calm.map(|calm| calm.look(scene));
+        let resting = Resting::new(look.as_ref(), self.rings);
         if in_lanes && records == 0 {
             let bad = self.forces_in_lanes(scene, scratch, force, &mut breaking, resting);
             if let Some(breaking) = &mut breaking

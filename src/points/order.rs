@@ -136,11 +136,13 @@ fn bounding_box(dimension: usize, coordinates: &[f64]) -> ([f64; 3], [f64; 3]) {
 /// The axes, the longest first; the others, and those that are as long but for rounding, from the last to the first.
 fn slowest_first(extent: &[f64; 3]) -> [usize; 3] {
     let mut axes = [2, 1, 0];
+    let mut longest = 0;
     for other in [1, 2] {
-        if extent[axes[other]] > (1.0 + 1e-9) * extent[axes[0]] {
-            axes[..=other].rotate_right(1);
+        if extent[axes[other]] > (1.0 + 1e-9) * extent[axes[longest]] {
+            longest = other;
         }
     }
+    axes[..=longest].rotate_right(1);
     axes
 }
 

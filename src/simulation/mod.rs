@@ -164,8 +164,9 @@ impl Simulation {
         Ok(())
     }
 
-    /// Whether state-based formulations compute bonds several at a time where they can; on by default. Without, they go
-    /// over single bonds, ten to forty times slower: for comparison. Results agree to rounding.
+    /// Whether bonds are computed several at a time wherever they can be; on by default. Without, state-based formulations go
+    /// over single bonds, ten to forty times slower, and no lattices are looked for: for comparison. Results agree to
+    /// rounding.
     ///
     /// # Errors
     /// `State` after set-up.

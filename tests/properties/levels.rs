@@ -317,7 +317,7 @@ fn lattices_of_several_materials_break_as_clouds() {
             let [cloud, lattice] = [false, true].map(|lattices| run(lattices, level, 2));
             assert_eq!(intact(&cloud), intact(&lattice), "{formulation}, {level:?}");
             let held = |body: &Simulation| body.memory().bonds;
-            assert_ne!(held(&lattice), held(&cloud), "{formulation}: no lattice");
+            assert!(held(&lattice) < held(&cloud), "{formulation}: no lattice");
             let name = format!("{formulation}, {level:?}");
             agree(&name, [&cloud, &lattice], &SHOWN);
             assert_eq!(state_bits(&lattice), state_bits(&run(true, level, 3)));

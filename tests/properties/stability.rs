@@ -142,7 +142,7 @@ fn a_block_stretched_or_squeezed_by_a_sixth_neither_gains_nor_loses_energy() {
         };
         mean_of(200);
         let settled = mean_of(200);
-        assert!((settled - 1.0).abs() < 0.1, "{factor}: {settled}");
+        assert!((settled - 1.0).abs() < 0.05, "{factor}: {settled}");
         for _ in 0..8 {
             let later = mean_of(200);
             assert!((later / settled - 1.0).abs() < 0.02, "{factor}: {later} of {settled}");
