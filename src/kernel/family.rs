@@ -382,16 +382,30 @@ impl<'a> Family<'a> {
         factor: S::Lanes,
         kept: Option<&[f64]>,
     ) -> S::Lanes {
-        let counted = match (kept, self.omega.influence) {
-            (Some(kept), _) => factor * from_slot(simd, kept, slot),
-            (None, Influence::Constant) => factor,
-            _ => factor * self.weights(simd, slot, reference),
+        let Some(EachBond { integrity, .. }) = self.omega.each else {
+            return self.times_of_length(simd, slot, reference, factor);
         };
-        match self.omega.each {
-            Some(EachBond { integrity: Some(integrity), .. }) => {
-                counted * from_slot(simd, integrity, slot)
-            }
-            _ => counted,
+        let counted = match kept {
+            Some(kept) => factor * from_slot(simd, kept, slot),
+            None => self.times_of_length(simd, slot, reference, factor),
+        };
+        match integrity {
+            Some(integrity) => counted * from_slot(simd, integrity, slot),
+            None => counted,
+        }
+    }
+
+    #[inline(always)]
+    fn times_of_length<S: Simd, const D: usize>(
+        &self,
+        simd: S,
+        slot: usize,
+        reference: &[S::Lanes; D],
+        factor: S::Lanes,
+    ) -> S::Lanes {
+        match self.omega.influence {
+            Influence::Constant => factor,
+            _ => factor * self.weights(simd, slot, reference),
         }
     }
 
