@@ -73,7 +73,7 @@ impl Baqp {
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
         let ForceSweep { scene, room, force, breaking, resting } = sweep;
-        let (omega, laws) = (self.kept.omega(scene, &self.weights)?, self.stresses(D)?);
+        let (omega, laws) = (self.kept.omega(scene, &self.weights)?, self.laws.stresses(D)?);
         let mut beyond = rows.state.seam.as_ref().map(|seam| {
             let count = scene.places.len();
             let (records, rest) = seam.record::<D>(scene, room.tables);
@@ -132,7 +132,7 @@ impl Baqp {
                     }
                     scene.simd.run(BondStressSweep {
                         groups,
-                        law: (laws.0)(lattice.sample(kind)),
+                        law: laws(lattice.sample(kind)),
                         along: &self.along,
                         halves,
                         range: range.start / LANES..range.end / LANES,

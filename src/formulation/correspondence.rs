@@ -292,7 +292,7 @@ impl Passes for Correspondence {
         if self.fits_lattice() { LatticeUse::Pairs } else { LatticeUse::None }
     }
 
-    /// Laws are asked point by point.
+    /// Laws are those of points, whatever their group.
     fn models_differ(&self) -> Option<bool> {
         Some(false)
     }

@@ -316,9 +316,13 @@ fn lattices_of_several_materials_break_as_clouds() {
         for level in levels() {
             let [cloud, lattice] = [false, true].map(|lattices| run(lattices, level, 2));
             assert_eq!(intact(&cloud), intact(&lattice), "{formulation}, {level:?}");
-            // Small parts may hold more than lists do.
-            let held = |body: &Simulation| body.memory().bonds;
-            assert_ne!(held(&lattice), held(&cloud), "{formulation}: no lattice");
+            let [of_cloud, of_lattice] = [&cloud, &lattice].map(|body| body.memory().bonds as f64);
+            if formulation == "bond_associated_quadrature" {
+                // Where much of the body is interfaces, what it holds of its groups outweighs their lists.
+                assert_ne!(of_lattice, of_cloud, "{formulation}: no lattice");
+            } else {
+                assert!(of_lattice < 0.9 * of_cloud, "{formulation}: no lattice");
+            }
             let name = format!("{formulation}, {level:?}");
             agree(&name, [&cloud, &lattice], &SHOWN);
             assert_eq!(state_bits(&lattice), state_bits(&run(true, level, 3)));
