@@ -25,7 +25,8 @@ use super::state_based::StateBased;
 use super::{Formulation, FormulationEntry, Kinematics, Materials, Scene, in_lanes};
 use crate::error::Result;
 use crate::families::lattice::LatticeUse;
-use crate::kernel::quadrature::{SeveralStresses, Stress};
+use crate::kernel::elastic::ElasticLaw;
+use crate::kernel::quadrature::LawsOfPoints;
 use crate::material::{Across, Answer, Deformation};
 use crate::memory;
 use crate::model::Model;
@@ -296,18 +297,12 @@ impl Baqp {
         back.unwrap_or(slot)
     }
 
-    /// The law in lanes, if it is one for them and all points share it.
-    pub(super) fn stress(&self, dimension: usize) -> Option<Stress> {
-        let (lambda, mu) = self.laws.common(dimension)?;
-        Some(Stress { lambda, mu })
-    }
-
-    /// Those of points, if all are ones for lanes.
-    pub(super) fn stresses(
+    /// The laws of points, if all are ones for lanes.
+    pub(super) fn laws_of_points(
         &self,
-        dimension: usize,
-    ) -> Option<SeveralStresses<impl Fn(usize) -> Stress + Copy + Sync>> {
-        self.laws.stresses(dimension).map(SeveralStresses)
+    ) -> Option<LawsOfPoints<impl Fn(usize) -> ElasticLaw + Copy + Sync>> {
+        let is_common = self.laws.are_common();
+        self.laws.of_points().map(|of| LawsOfPoints { of, is_common })
     }
 }
 
@@ -349,7 +344,7 @@ impl Passes for Baqp {
     }
 
     fn models_differ(&self) -> Option<bool> {
-        Some(self.stress(3).is_none())
+        Some(!self.laws.are_common())
     }
 
     fn room_of_lanes(&self, points: usize, _: usize, dimension: usize) -> usize {

@@ -252,8 +252,8 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
 
 /// What is to be done with the law of all points, or those of points, where they are ones for lanes; else what there is for others.
 macro_rules! by_laws {
-    ($baqp:ident, $dimension:ident, $law:ident => $with:expr, _ => $else:expr) => {
-        match ($baqp.stress($dimension), $baqp.stresses($dimension)) {
+    ($baqp:ident, $law:ident => $with:expr, _ => $else:expr) => {
+        match ($baqp.laws.quadratic(), $baqp.laws_of_points()) {
             (Some($law), _) => $with,
             (None, Some($law)) => $with,
             (None, None) => $else,
@@ -283,7 +283,7 @@ impl Baqp {
     ) {
         let then = |swept: &Swept<'_, D, D>| {
             let others = || debug_assert!(false, "lattices are of laws for lanes");
-            by_laws!(self, D, law => swept.forces(law, force, left), _ => others());
+            by_laws!(self, law => swept.forces(law, force, left), _ => others());
         };
         self.with_answers(sweep, gradients, kept, (&mut [], false), |_| true, then);
     }
@@ -340,7 +340,7 @@ impl Baqp {
         let sweep = Sweep { scene, ..sweep };
         let then = |swept: &Swept<'_, D, SIZE>| {
             let others = self.bond_law(swept.body);
-            by_laws!(self, D, law => swept.forces(law, force, left), _ => swept.forces(others, force, left));
+            by_laws!(self, law => swept.forces(law, force, left), _ => swept.forces(others, force, left));
         };
         self.with_answers(sweep, gradients, kept, (room.records, false), |_| true, then);
         pull::<D, C>(sweep, left, force)
@@ -368,7 +368,7 @@ impl Baqp {
         let then = |swept: &Swept<'_, D, SIZE>| {
             let others = self.bond_law(swept.body);
             by_laws!(
-                self, D,
+                self,
                 law => swept.energies(law, density, wanted),
                 _ => swept.energies(others, density, wanted)
             );
@@ -399,7 +399,7 @@ impl Baqp {
             }
             // Nothing lies across a body in space.
             by_laws!(
-                self, D,
+                self,
                 law => swept.fields(law, values, read),
                 _ => swept.fields(others, values, read)
             );

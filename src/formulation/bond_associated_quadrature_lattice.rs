@@ -57,7 +57,7 @@ pub(super) fn along(lattice: &Lattice) -> Result<Vec<[f64; 3]>> {
 impl Baqp {
     /// Whether its sweeps run on a lattice.
     pub(super) fn fits_lattice(&self) -> bool {
-        self.order == 1 && self.weights.are_shared() && self.laws.are_quadratic()
+        self.order == 1 && self.weights.are_shared() && self.laws.are_elastic()
     }
 
     /// `A` = `D` x `D` + 1, `N` = `D` x `D`, `M`: both; `C` = 4 (`D` + 1).
@@ -73,7 +73,7 @@ impl Baqp {
         sweep: ForceSweep<'_, '_>,
     ) -> Option<usize> {
         let ForceSweep { scene, room, force, breaking, resting } = sweep;
-        let (omega, laws) = (self.kept.omega(scene, &self.weights)?, self.laws.stresses(D)?);
+        let (omega, laws) = (self.kept.omega(scene, &self.weights)?, self.laws.of_points()?);
         let mut beyond = rows.state.seam.as_ref().map(|seam| {
             let count = scene.places.len();
             let (records, rest) = seam.record::<D>(scene, room.tables);

@@ -1,6 +1,7 @@
 //! Correspondence on the part of a body that is a lattice: gradients and pulls of eight points at once, laws asked between.
 
 use std::cell::Cell;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::body::Body;
@@ -10,9 +11,11 @@ use super::lattice_rows::{self as on_lattice, Gradients, LatticeRows, Seat};
 use super::on_lattice::{Columns, OnLattice, Parts};
 use super::passes::ForceSweep;
 use super::{Scene, in_lanes};
-use crate::families::lattice::Lattice;
+use crate::families::LANES;
+use crate::families::lattice::{Lattice, NOBODY};
+use crate::kernel::elastic::{AskEach, ElasticLaw};
 use crate::kernel::lattice::Stresses;
-use crate::material::{Answer, Deformation};
+use crate::material::Answer;
 use crate::tensor::{Tensor, product, scaled};
 
 impl Correspondence {
@@ -47,15 +50,20 @@ impl Correspondence {
             }
             answer.stress
         };
-        let ask = |seat: usize, gradient: &Tensor<D>| {
-            let point = lattice.members[seat] as usize;
-            noted(point, self.laws.at(point).answer(&Deformation::whole(gradient)))
+        let (quadratics, of_points) = (self.laws.quadratics(), self.laws.of_points()?);
+        let ask = |group: usize, lanes: Range<usize>, gradients: &mut [[[f64; LANES]; D]; D]| {
+            let members = &lattice.members[group * LANES..(group + 1) * LANES];
+            let law = |lane: usize| match members[lane] {
+                NOBODY => ElasticLaw::NONE,
+                member => of_points(member as usize),
+            };
+            scene.simd.run(AskEach { laws: &std::array::from_fn(law), lanes, gradients });
         };
-        let laws = self.laws.stresses(D);
         let any_odd = Cell::new(false);
         let first = |parts: &mut Parts<'_, D, N>| {
             let take = |force: &mut [f64], left: Columns<'_, N>, gradients: Gradients<'_, D>| {
-                let mut stresses = Stresses { laws, ask, force, left: left.values, bad: None };
+                let mut stresses =
+                    Stresses { laws: quadratics, ask, force, left: left.values, bad: None };
                 gradients.give(&mut stresses);
                 bad.fetch_min(stresses.bad.unwrap_or(usize::MAX), Ordering::Relaxed);
             };

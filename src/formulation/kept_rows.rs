@@ -268,7 +268,11 @@ pub(super) fn leave<const D: usize, const SIZE: usize, const C: usize>(
     let (mut own, sums) = ([0.0; D], kept.sums());
     for axis in 0..D {
         for column in 0..SIZE {
-            let pull = (0..D).map(|inner| stress[axis][inner] * rows[inner][column]).sum::<f64>();
+            // A loop, since sums of iterators may not be compiled in.
+            let mut pull = stress[axis][0] * rows[0][column];
+            for inner in 1..D {
+                pull += stress[axis][inner] * rows[inner][column];
+            }
             own[axis] += pull * sums[column];
             left[4 + 4 * column + axis] = record[3] * pull;
         }

@@ -11,7 +11,7 @@ use super::passes::Passes;
 use super::{Materials, Scene};
 use crate::error::Result;
 use crate::families::LANES;
-use crate::kernel::quadrature::Stress;
+use crate::kernel::elastic::{ElasticLaw, SaintVenantKirchhoff};
 use crate::material::{
     Across, Answer, Deformation, HostLaw, Law, MEMORY, Record, Room, record_width,
 };
@@ -28,6 +28,8 @@ pub(super) enum Sites {
 
 pub(super) struct Laws {
     of: ByModel<Law>,
+    /// Those for lanes.
+    elastic: ByModel<Option<ElasticLaw>>,
     pub(super) sites: Sites,
     remember: bool,
     /// Numbers of a record.
@@ -41,6 +43,9 @@ pub(super) struct Laws {
 impl Laws {
     pub(super) fn new(materials: &Materials<'_>, sites: Sites) -> Result<Self> {
         let of = ByModel::new(materials, |model| Law::new(model, materials.dimension))?;
+        let elastic = ByModel::new(materials, |model| {
+            Ok(Law::new(model, materials.dimension)?.in_lanes(materials.dimension))
+        })?;
         let remember = of.any(Law::has_memory);
         let host = ByModel::new(materials, |model| Ok(model.host_law().cloned()))?;
         let state = host.iter().flatten().map(|law| law.state_size).max();
@@ -50,35 +55,45 @@ impl Laws {
             None => Room::new(0, 0, 0)?,
         };
         let (room, stopped) = (Mutex::new(room), AtomicBool::new(false));
-        Ok(Self { of, sites, remember, width, host, room, stopped })
+        Ok(Self { of, elastic, sites, remember, width, host, room, stopped })
     }
 
     pub(super) fn at(&self, point: usize) -> &Law {
         self.of.at(point)
     }
 
-    /// lambda and mu, if all points share them and have Saint Venant-Kirchhoff's law.
-    pub(super) fn common(&self, dimension: usize) -> Option<(f64, f64)> {
-        let constants = |law: &Law| law.saint_venant_kirchhoff(dimension);
-        let first = self.of.iter().next().and_then(constants);
-        first.filter(|_| self.of.iter().all(|law| constants(law) == first))
+    /// Whether all points share one law for lanes.
+    pub(super) fn are_common(&self) -> bool {
+        self.elastic.at(0).is_some() && !self.elastic.differ()
     }
 
-    /// Whether all points have Saint Venant-Kirchhoff's law.
-    pub(super) fn are_quadratic(&self) -> bool {
-        self.of.iter().all(|law| law.saint_venant_kirchhoff(3).is_some())
+    /// Whether all points have laws for lanes.
+    pub(super) fn are_elastic(&self) -> bool {
+        !self.elastic.any(Option::is_none)
     }
 
-    /// Those of points, if they have.
-    pub(super) fn stresses(
+    /// The law of Saint Venant-Kirchhoff, if all points share it.
+    pub(super) fn quadratic(&self) -> Option<SaintVenantKirchhoff> {
+        let first = *self.elastic.at(0);
+        first.filter(|_| self.are_common()).and_then(ElasticLaw::quadratic)
+    }
+
+    /// Those of points, if all have Saint Venant-Kirchhoff's.
+    pub(super) fn quadratics(
         &self,
-        dimension: usize,
-    ) -> Option<impl Fn(usize) -> Stress + Copy + Sync> {
+    ) -> Option<impl Fn(usize) -> SaintVenantKirchhoff + Copy + Sync> {
+        let quadratic = |law: &Option<ElasticLaw>| law.and_then(ElasticLaw::quadratic);
         let of = move |point: usize| {
-            let (lambda, mu) = self.at(point).plane(dimension);
-            Stress { lambda, mu }
+            let none = SaintVenantKirchhoff { lambda: f64::NAN, mu: f64::NAN };
+            quadratic(self.elastic.at(point)).unwrap_or(none)
         };
-        self.are_quadratic().then_some(of)
+        self.elastic.iter().all(|law| quadratic(law).is_some()).then_some(of)
+    }
+
+    /// Laws for lanes of points, if all have.
+    pub(super) fn of_points(&self) -> Option<impl Fn(usize) -> ElasticLaw + Copy + Sync> {
+        let of = |point: usize| self.elastic.at(point).unwrap_or(ElasticLaw::NONE);
+        self.are_elastic().then_some(of)
     }
 
     /// Whether a body that has not been deformed has no stress at all, to the last bit.

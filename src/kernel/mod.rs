@@ -3,6 +3,7 @@
 pub(crate) mod associated;
 pub(crate) mod bond_based;
 pub(crate) mod collocation;
+pub(crate) mod elastic;
 pub(crate) mod family;
 pub(crate) mod fields;
 pub(crate) mod gradient;

@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use super::elastic::{ElasticLaw, LaneLaw, SaintVenantKirchhoff};
 use super::family::{Family, Table};
 use super::simd::{Kernel, Lanes, Simd};
 use crate::families::LANES;
@@ -23,16 +24,13 @@ pub(crate) trait BondLaw<const D: usize> {
     ) -> (S::Lanes, [[S::Lanes; D]; D]);
 }
 
-/// Saint Venant-Kirchhoff with lambda and mu, in lanes.
+/// Elastic laws of points, in lanes: bonds have the mean of the laws of their ends.
 #[derive(Clone, Copy)]
-pub(crate) struct Stress {
-    pub(crate) lambda: f64,
-    pub(crate) mu: f64,
+pub(crate) struct LawsOfPoints<F> {
+    pub(crate) of: F,
+    /// Whether it is one law for all.
+    pub(crate) is_common: bool,
 }
-
-/// The same by points, in lanes: bonds have the mean of the laws of their ends.
-#[derive(Clone, Copy)]
-pub(crate) struct SeveralStresses<F>(pub(crate) F);
 
 /// One bond after the other: by point, slot, other end and displacement gradient.
 #[derive(Clone, Copy)]
@@ -318,110 +316,36 @@ where
     }
 }
 
-impl Stress {
-    /// Energy and stress of displacement gradients.
-    #[inline(always)]
-    pub(super) fn at<S: Simd, const D: usize>(
-        &self,
-        simd: S,
-        gradient: &[[S::Lanes; D]; D],
-    ) -> (S::Lanes, [[S::Lanes; D]; D]) {
-        answer(simd, simd.splat(0.5 * self.lambda), simd.splat(self.mu), gradient)
-    }
-
-    /// The same by the law of each lane.
-    #[inline(always)]
-    pub(super) fn of_each<S: Simd, const D: usize>(
-        simd: S,
-        laws: &[Self; LANES],
-        gradient: &[[S::Lanes; D]; D],
-    ) -> (S::Lanes, [[S::Lanes; D]; D]) {
-        let half_lambda = simd.each(|lane| 0.5 * laws[lane].lambda);
-        answer(simd, half_lambda, simd.each(|lane| laws[lane].mu), gradient)
-    }
-
-    /// The same times a weight.
-    #[inline(always)]
-    pub(super) fn weighted<S: Simd, const D: usize>(
-        &self,
-        simd: S,
-        weight: S::Lanes,
-        gradient: &[[S::Lanes; D]; D],
-    ) -> (S::Lanes, [[S::Lanes; D]; D]) {
-        let half_lambda = simd.splat(0.5 * self.lambda) * weight;
-        answer(simd, half_lambda, simd.splat(self.mu) * weight, gradient)
-    }
-}
-
-/// W = lambda/2 tr(E)^2 + mu E:E and P = F (lambda tr(E) I + 2 mu E), with 2 E = H + H^T + H^T H.
-#[inline(always)]
-fn answer<S: Simd, const D: usize>(
-    simd: S,
-    half_lambda: S::Lanes,
-    mu: S::Lanes,
-    gradient: &[[S::Lanes; D]; D],
-) -> (S::Lanes, [[S::Lanes; D]; D]) {
-    let mut second = *gradient;
-    for row in 0..D {
-        for column in row..D {
-            let mut twice = gradient[row][column] + gradient[column][row];
-            for line in gradient {
-                twice = line[row].mul_add(line[column], twice);
-            }
-            second[row][column] = twice;
-        }
-    }
-    let mut trace = second[0][0];
-    for axis in 1..D {
-        trace = trace + second[axis][axis];
-    }
-    let pressure = half_lambda * trace;
-    let (mut held, mut sheared) = (pressure * trace, simd.splat(0.0));
-    for row in 0..D {
-        for column in row..D {
-            let strain = second[row][column];
-            let shear = mu * strain;
-            let diagonal = row == column;
-            sheared = shear.mul_add(if diagonal { strain } else { strain + strain }, sheared);
-            second[row][column] = if diagonal { shear + pressure } else { shear };
-            second[column][row] = second[row][column];
-        }
-    }
-    held = (held + sheared) * simd.splat(0.25);
-    let mut stress = second;
-    for row in 0..D {
-        for column in 0..D {
-            for inner in 0..D {
-                stress[row][column] =
-                    gradient[row][inner].mul_add(second[inner][column], stress[row][column]);
-            }
-        }
-    }
-    (held, stress)
-}
-
-impl<const D: usize, F: Fn(usize) -> Stress> BondLaw<D> for SeveralStresses<F> {
+impl<F: Fn(usize) -> ElasticLaw, const D: usize> BondLaw<D> for LawsOfPoints<F> {
     #[inline(always)]
     fn answer<S: Simd>(
         &mut self,
         simd: S,
         family: &Family<'_>,
         (point, slot): (usize, usize),
-        _: u8,
+        bits: u8,
         gradient: &[[S::Lanes; D]; D],
     ) -> (S::Lanes, [[S::Lanes; D]; D]) {
-        let (names, own) = (family.names::<S>(slot), (self.0)(point));
-        let mut means = [own; LANES];
-        for (mean, &name) in means.iter_mut().zip(names) {
-            let other = (self.0)(name as usize);
-            mean.lambda = 0.5 * (own.lambda + other.lambda);
-            mean.mu = 0.5 * (own.mu + other.mu);
+        // What lanes without a bond hold may be turned inside out.
+        let (mask, mut gradient) = (simd.mask(bits), *gradient);
+        for row in 0..D {
+            for column in 0..D {
+                gradient[row][column] = gradient[row][column].only(mask);
+            }
         }
-        Stress::of_each(simd, &means, gradient)
+        let own = (self.of)(point);
+        if self.is_common {
+            return own.with_each(simd, None, &gradient);
+        }
+        let mut others = [own; LANES];
+        for (other, &name) in others.iter_mut().zip(family.names::<S>(slot)) {
+            *other = (self.of)(name as usize);
+        }
+        own.with_each(simd, Some(&others), &gradient)
     }
 }
 
-impl<const D: usize> BondLaw<D> for Stress {
+impl<const D: usize> BondLaw<D> for SaintVenantKirchhoff {
     #[inline(always)]
     fn answer<S: Simd>(
         &mut self,

@@ -13,6 +13,8 @@ mod neo_hookean;
 mod remember;
 mod saint_venant_kirchhoff;
 mod small_strain;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use across::Across;
 pub(crate) use completion::completed;
@@ -21,6 +23,7 @@ pub(crate) use host::{HostLaw, Room};
 pub(crate) use remember::Record;
 
 use crate::error::Result;
+use crate::kernel::elastic::{ElasticLaw, Elasticity};
 use crate::model::{Elastic, Model, Plane};
 use crate::tensor::Tensor;
 use hypoelastic::Plastic;
@@ -138,9 +141,17 @@ impl Law {
         }
     }
 
-    /// lambda and mu, if it is Saint Venant-Kirchhoff's.
-    pub(crate) fn saint_venant_kirchhoff(&self, dimension: usize) -> Option<(f64, f64)> {
-        (self.kind == Kind::SaintVenantKirchhoff).then(|| self.plane(dimension))
+    /// The law for lanes, of families that span the body, if it is an elastic one.
+    pub(crate) fn in_lanes(&self, dimension: usize) -> Option<ElasticLaw> {
+        let is_free = self.free[dimension] > 0;
+        let (elasticity, (lambda, mu)) = match self.kind {
+            Kind::SaintVenantKirchhoff => (Elasticity::SaintVenantKirchhoff, self.plane(dimension)),
+            Kind::SmallStrain => (Elasticity::SmallStrain, self.plane(dimension)),
+            Kind::NeoHookean if is_free => (Elasticity::NeoHookeanPlate, self.solid()),
+            Kind::NeoHookean => (Elasticity::NeoHookean, self.solid()),
+            Kind::Hypoelastic(_) | Kind::Host => return None,
+        };
+        Some(ElasticLaw { elasticity, lambda, mu })
     }
 
     /// Whether it is asked by [`Law::remember`].

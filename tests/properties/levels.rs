@@ -633,3 +633,90 @@ fn weakened_bonds_of_a_lattice_pull_and_break_as_those_of_a_cloud() {
         }
     }
 }
+
+/// A block whose halves have these laws.
+fn of_two_laws(
+    name: &str,
+    plane: Option<&str>,
+    laws: [&str; 2],
+    change: impl Fn(&mut Simulation),
+) -> Simulation {
+    let dimension = if plane.is_some() { 2 } else { 3 };
+    let upper = if dimension == 2 { vec![44.0, 30.0] } else { vec![24.0, 11.0, 10.0] };
+    let mut points = Points::block(dimension, &vec![0.0; dimension], &upper, 1.0).unwrap();
+    let places = points.coordinates().chunks_exact(dimension).enumerate();
+    let second: Vec<usize> =
+        places.filter(|(_, place)| place[0] > 0.5 * upper[0]).map(|(point, _)| point).collect();
+    points.add_set("second", &second).unwrap();
+    let models = laws.map(|law| {
+        let mut model = model(name, 3.015);
+        model.choose("material", law).unwrap();
+        plane.into_iter().for_each(|plane| model.choose("plane", plane).unwrap());
+        model
+    });
+    let mut simulation = Simulation::new(&points, &models[0]).unwrap();
+    simulation.assign_model("second", &models[1]).unwrap();
+    change(&mut simulation);
+    // Each edge is drawn or pressed by a third, each point shaken, and a few bonds are gone.
+    let mut random = Random(21);
+    let moved: Vec<f64> = points
+        .coordinates()
+        .iter()
+        .enumerate()
+        .map(|(k, x)| [0.35, -0.3, 0.1][k % dimension] * x + random.between(-0.05, 0.05))
+        .collect();
+    simulation.break_bonds(&[[0, 1], [70, 71], [400, 401]]).unwrap();
+    simulation.set(Field::Displacement, &moved).unwrap();
+    simulation.evaluate().unwrap();
+    simulation
+}
+
+#[test]
+fn elastic_laws_of_all_kinds_run_on_lattices() {
+    let kinds = ["saint_venant_kirchhoff", "neo_hookean", "small_strain"];
+    let fields = [Field::InternalForce, Field::StrainEnergyDensity, Field::FirstPiolaStress];
+    for (name, plane) in ["correspondence", "bond_associated_quadrature"]
+        .into_iter()
+        .flat_map(|name| [None, Some("strain"), Some("stress")].map(|plane| (name, plane)))
+    {
+        for laws in [[kinds[1]; 2], [kinds[2]; 2], [kinds[0], kinds[1]], [kinds[1], kinds[2]]] {
+            let body = |change: &dyn Fn(&mut Simulation)| of_two_laws(name, plane, laws, change);
+            let single = body(&|simulation| simulation.set_lanes(false).unwrap());
+            let cloud = body(&|simulation| simulation.set_lattices(false).unwrap());
+            for level in levels() {
+                let lattice = body(&|simulation| simulation.set_simd(level).unwrap());
+                assert_ne!(lattice.memory().bonds, cloud.memory().bonds, "{name}: no lattice");
+                for body in [&lattice, &cloud] {
+                    for field in fields {
+                        let [found, expected] =
+                            [body, &single].map(|body| body.get(field).unwrap());
+                        let distance = distance(&found, &expected);
+                        let name = format!("{name}, {plane:?}, {laws:?}, {level:?}, {field:?}");
+                        assert!(distance < 1e-11, "{name}: {distance}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A point through which its neighbours have been drawn has no answer, and is named.
+#[test]
+fn a_lattice_that_is_turned_inside_out_is_refused_as_a_cloud_is() {
+    let block = Points::block(3, &[0.0; 3], &[14.0, 11.0, 9.0], 1.0).unwrap();
+    for name in ["correspondence", "bond_associated_quadrature"] {
+        let mut moved = vec![0.0; 3 * block.count()];
+        for (place, moved) in block.coordinates().chunks(3).zip(moved.chunks_exact_mut(3)) {
+            moved[0] = -2.0 * (place[0] - 7.0).clamp(-1.0, 1.0);
+        }
+        let errors = [true, false].map(|lattices| {
+            let mut model = model(name, 3.015);
+            model.choose("material", "neo_hookean").unwrap();
+            let mut simulation = Simulation::new(&block, &model).unwrap();
+            simulation.set_lattices(lattices).unwrap();
+            simulation.set(Field::Displacement, &moved).unwrap();
+            simulation.evaluate().unwrap_err().to_string()
+        });
+        assert_eq!(errors[0], errors[1], "{name}");
+    }
+}

@@ -8,15 +8,16 @@ use super::gradients::{Seats, TakeGradients, is_odd};
 use super::{Groups, Leg, are_finite, are_whole, masks_of};
 use crate::families::LANES;
 use crate::families::lattice::NOBODY;
-use crate::kernel::quadrature::Stress;
+use crate::kernel::elastic::SaintVenantKirchhoff;
 use crate::kernel::simd::{Kernel, Lanes, Simd};
 
 /// What the points of a range of groups leave for others: T = P (sum w xi xi^T)^-1 at their gradients, in columns of the
 /// cells, and T sum w xi as their own part of the force, eight numbers of each component a group. `N` = `D` x `D`.
 pub(crate) struct Stresses<'a, L, A, const D: usize, const N: usize> {
-    /// The laws of points, where all are ones for lanes.
+    /// Those of points, where all have Saint Venant-Kirchhoff's law.
     pub(crate) laws: Option<L>,
-    /// P of a seat whose family spans the body at a displacement gradient, else.
+    /// Puts P of some lanes of a group in the place of their displacement gradients, else: called, so that all sorts of laws do
+    /// not stand between the gradients.
     pub(crate) ask: A,
     pub(crate) force: &'a mut [f64],
     pub(crate) left: [&'a mut [f64]; N],
@@ -26,8 +27,8 @@ pub(crate) struct Stresses<'a, L, A, const D: usize, const N: usize> {
 
 impl<L, A, const D: usize, const N: usize> TakeGradients<D> for Stresses<'_, L, A, D, N>
 where
-    L: Fn(usize) -> Stress,
-    A: FnMut(usize, &[[f64; D]; D]) -> [[f64; D]; D],
+    L: Fn(usize) -> SaintVenantKirchhoff,
+    A: Fn(usize, Range<usize>, &mut [[[f64; LANES]; D]; D]),
 {
     #[inline(always)]
     fn take<S: Simd>(&mut self, simd: S, seats: &Seats<'_>, slopes: &[[S::Lanes; D]; D]) {
@@ -36,36 +37,25 @@ where
         let mut stress = *slopes;
         match laws {
             Some(laws) => {
-                let mut of = [Stress { lambda: 0.0, mu: 0.0 }; LANES];
+                let mut of = [SaintVenantKirchhoff { lambda: 0.0, mu: 0.0 }; LANES];
                 for (of, &member) in of.iter_mut().zip(&members[lane..lane + S::WIDTH]) {
                     if member != NOBODY {
                         *of = laws(member as usize);
                     }
                 }
-                stress = Stress::of_each(simd, &of, slopes).1;
+                stress = SaintVenantKirchhoff::of_each(simd, &of, slopes).1;
             }
             None => {
-                let (mut gradient, mut answers) = ([[[0.0; LANES]; D]; D], [[[0.0; LANES]; D]; D]);
+                let mut lanes = [[[0.0; LANES]; D]; D];
                 for axis in 0..D {
                     for column in 0..D {
-                        slopes[axis][column].store(&mut gradient[axis][column][lane..]);
+                        slopes[axis][column].store(&mut lanes[axis][column][lane..]);
                     }
                 }
-                for lane in lane..lane + S::WIDTH {
-                    if members[lane] == NOBODY || is_odd(kept, members[lane], lane) {
-                        continue;
-                    }
-                    let gradient = gradient.map(|row| row.map(|lanes| lanes[lane]));
-                    let answer = ask(group * LANES + lane, &gradient);
-                    for axis in 0..D {
-                        for column in 0..D {
-                            answers[axis][column][lane] = answer[axis][column];
-                        }
-                    }
-                }
+                ask(group, lane..lane + S::WIDTH, &mut lanes);
                 for axis in 0..D {
                     for column in 0..D {
-                        stress[axis][column] = simd.load(&answers[axis][column][lane..]);
+                        stress[axis][column] = simd.load(&lanes[axis][column][lane..]);
                     }
                 }
             }

@@ -10,8 +10,8 @@ use std::ops::Range;
 use super::gradients::{Seats, TakeGradients};
 use super::{Groups, Leg, are_whole, masks_of};
 use crate::families::LANES;
+use crate::kernel::elastic::{ElasticLaw, LaneLaw};
 use crate::kernel::gradient::kept_width;
-use crate::kernel::quadrature::Stress;
 use crate::kernel::simd::{Kernel, Lanes, Simd};
 
 /// Leaves what the middles of bonds take of a point, in columns of the cells: H/2 row by row, and behind it 1/(2 sum w).
@@ -36,7 +36,7 @@ impl<const A: usize, const D: usize> TakeGradients<D> for Halves<'_, A> {
 /// `A` = `D` x `D` + 1, `N` = `D` x `D`.
 pub(crate) struct BondStressSweep<'a, const D: usize, const A: usize, const N: usize> {
     pub(crate) groups: Groups<'a, D>,
-    pub(crate) law: Stress,
+    pub(crate) law: ElasticLaw,
     /// xi/L^2 of each step.
     pub(crate) along: &'a [[f64; 3]],
     /// Of all cells.
@@ -62,7 +62,20 @@ impl<const D: usize, const A: usize, const N: usize> Kernel for BondStressSweep<
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { groups, law, along, halves, range, masks, kept, force, mut left, first } = self;
+        match self.law.quadratic() {
+            Some(law) => self.with(simd, law),
+            None => {
+                let law = self.law;
+                self.with(simd, law);
+            }
+        }
+    }
+}
+
+impl<const D: usize, const A: usize, const N: usize> BondStressSweep<'_, D, A, N> {
+    #[inline(always)]
+    fn with<S: Simd>(self, simd: S, law: impl LaneLaw) {
+        let Self { groups, along, halves, range, masks, kept, force, mut left, first, .. } = self;
         let cells = groups.lattice.point_of.len();
         assert!(A == D * D + 1 && halves.iter().all(|column| column.len() == cells));
         assert_eq!(along.len(), groups.legs.len());
@@ -76,9 +89,9 @@ impl<const D: usize, const A: usize, const N: usize> Kernel for BondStressSweep<
             for lane in (0..LANES).step_by(S::WIDTH) {
                 let at = (groups.cell(group) + lane, lane);
                 let pulls = if whole {
-                    sum_up::<true, S, D, A>(simd, &groups, (law, along), &halves, at, masks)
+                    sum_up::<true, S, _, D, A>(simd, &groups, (law, along), &halves, at, masks)
                 } else {
-                    sum_up::<false, S, D, A>(simd, &groups, (law, along), &halves, at, masks)
+                    sum_up::<false, S, _, D, A>(simd, &groups, (law, along), &halves, at, masks)
                 };
                 let place = at.0 - first;
                 let seats = Seats { number, group, lane, place, members, kept };
@@ -173,10 +186,10 @@ fn next_step<const WHOLE: bool>(mut step: usize, masks: &[u8], lanes: u8) -> usi
 
 /// Sums over the bonds of `WIDTH` points from a cell on, those of the masks from a lane on. `WHOLE`: there are all bonds.
 #[inline(always)]
-fn sum_up<const WHOLE: bool, S: Simd, const D: usize, const A: usize>(
+fn sum_up<const WHOLE: bool, S: Simd, L: LaneLaw, const D: usize, const A: usize>(
     simd: S,
     groups: &Groups<'_, D>,
-    (law, along): (Stress, &[[f64; 3]]),
+    (law, along): (L, &[[f64; 3]]),
     halves: &[&[f64]; A],
     (cell, lane): (usize, usize),
     masks: &[u8],

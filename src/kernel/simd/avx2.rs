@@ -3,7 +3,9 @@
 use std::arch::x86_64::*;
 use std::ops::BitAnd;
 
-use super::{LEAST, Lanes, Mask, Quad, Simd, operators};
+use super::{
+    DIGITS, EXPONENT, EXPONENT_OF_ONE, LEAST, Lanes, Mask, ONE, Quad, Simd, TO_ONE, operators,
+};
 
 /// AVX2 with fused multiply-add.
 #[derive(Clone, Copy)]
@@ -232,6 +234,22 @@ impl Lanes for Four {
     fn joined(self, other: Self) -> Self {
         // SAFETY: as above.
         Self(unsafe { _mm256_or_pd(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn parts(self) -> (Self, Self) {
+        // SAFETY: as above.
+        unsafe {
+            let all = |bits| _mm256_set1_epi64x(bits);
+            let bits = _mm256_castpd_si256(self.0);
+            let raised = _mm256_add_epi64(bits, all(TO_ONE));
+            let exponent = _mm256_and_si256(raised, all(EXPONENT));
+            let mantissa = _mm256_add_epi64(_mm256_sub_epi64(bits, exponent), all(ONE));
+            let written = _mm256_or_si256(_mm256_srli_epi64::<52>(exponent), all(DIGITS));
+            let number = _mm256_castsi256_pd(written);
+            let number = _mm256_sub_pd(number, _mm256_set1_pd(EXPONENT_OF_ONE));
+            (Self(_mm256_castsi256_pd(mantissa)), Self(number))
+        }
     }
 
     #[inline(always)]

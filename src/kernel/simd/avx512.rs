@@ -4,7 +4,7 @@ use std::arch::x86_64::*;
 use std::ops::BitAnd;
 
 use super::avx2::Four;
-use super::{LEAST, Lanes, Mask, Simd, operators};
+use super::{DIGITS, EXPONENT, EXPONENT_OF_ONE, LEAST, Lanes, Mask, ONE, Simd, TO_ONE, operators};
 
 /// AVX-512 with the F, DQ, BW and VL parts.
 #[derive(Clone, Copy)]
@@ -198,6 +198,22 @@ impl Lanes for Eight {
     fn joined(self, other: Self) -> Self {
         // SAFETY: as above.
         Self(unsafe { _mm512_or_pd(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn parts(self) -> (Self, Self) {
+        // SAFETY: as above.
+        unsafe {
+            let all = |bits| _mm512_set1_epi64(bits);
+            let bits = _mm512_castpd_si512(self.0);
+            let raised = _mm512_add_epi64(bits, all(TO_ONE));
+            let exponent = _mm512_and_si512(raised, all(EXPONENT));
+            let mantissa = _mm512_add_epi64(_mm512_sub_epi64(bits, exponent), all(ONE));
+            let written = _mm512_or_si512(_mm512_srli_epi64::<52>(exponent), all(DIGITS));
+            let number = _mm512_castsi512_pd(written);
+            let number = _mm512_sub_pd(number, _mm512_set1_pd(EXPONENT_OF_ONE));
+            (Self(_mm512_castsi512_pd(mantissa)), Self(number))
+        }
     }
 
     #[inline(always)]

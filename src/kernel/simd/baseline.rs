@@ -187,6 +187,11 @@ impl Lanes for Two {
     }
 
     #[inline(always)]
+    fn parts(self) -> (Self, Self) {
+        (Self(registers::mantissa(self.0)), Self(registers::exponent(self.0)))
+    }
+
+    #[inline(always)]
     fn signs(self) -> u8 {
         registers::signs(self.0)
     }
@@ -225,6 +230,7 @@ impl BitAnd for Chosen {
 #[cfg(target_arch = "x86_64")]
 #[allow(dead_code)] // as what calls it
 mod registers {
+    use super::super::{DIGITS, EXPONENT, EXPONENT_OF_ONE, ONE, TO_ONE};
     use std::arch::x86_64 as sse2;
     pub(super) type Pair = sse2::__m128d;
     /// All bits of a lane are set, or none.
@@ -257,11 +263,26 @@ mod registers {
             sse2::_mm_or_pd(sse2::_mm_and_pd(chosen, a), sse2::_mm_andnot_pd(chosen, b));
         both(a: Chosen, b: Chosen) -> Chosen = sse2::_mm_and_pd(a, b);
         bits(a: Chosen) -> u8 = sse2::_mm_movemask_pd(a) as u8;
+        exponent_bits(a: Pair) -> sse2::__m128i = {
+            let raised = sse2::_mm_add_epi64(sse2::_mm_castpd_si128(a), sse2::_mm_set1_epi64x(TO_ONE));
+            sse2::_mm_and_si128(raised, sse2::_mm_set1_epi64x(EXPONENT))
+        };
+        mantissa(a: Pair) -> Pair = {
+            let less = sse2::_mm_sub_epi64(sse2::_mm_castpd_si128(a), exponent_bits(a));
+            sse2::_mm_castsi128_pd(sse2::_mm_add_epi64(less, sse2::_mm_set1_epi64x(ONE)))
+        };
+        exponent(a: Pair) -> Pair = {
+            let written = sse2::_mm_srli_epi64::<52>(exponent_bits(a));
+            let written = sse2::_mm_or_si128(written, sse2::_mm_set1_epi64x(DIGITS));
+            let one = sse2::_mm_set1_pd(EXPONENT_OF_ONE);
+            sse2::_mm_sub_pd(sse2::_mm_castsi128_pd(written), one)
+        };
     }
 }
 
 #[cfg(not(target_arch = "x86_64"))]
 mod registers {
+    use super::super::{DIGITS, EXPONENT, EXPONENT_OF_ONE, ONE, TO_ONE};
     pub(super) type Pair = [f64; 2];
     pub(super) type Chosen = [bool; 2];
 
@@ -286,6 +307,16 @@ mod registers {
         only(a: f64, chosen: bool) -> f64 = |a, chosen| if chosen { a } else { 0.0 };
         choose(a: f64, chosen: bool, b: f64) -> f64 = |a, chosen, b| if chosen { a } else { b };
         both(a: bool, b: bool) -> bool = |a, b| a & b;
+        mantissa(a: f64) -> f64 = |a| {
+            f64::from_bits((a.to_bits() as i64 - exponent_bits(a) + ONE) as u64)
+        };
+        exponent(a: f64) -> f64 = |a| {
+            f64::from_bits((exponent_bits(a) >> 52 | DIGITS) as u64) - EXPONENT_OF_ONE
+        };
+    }
+
+    fn exponent_bits(a: f64) -> i64 {
+        (a.to_bits() as i64).wrapping_add(TO_ONE) & EXPONENT
     }
 
     #[inline(always)]

@@ -151,6 +151,9 @@ pub(crate) trait Lanes:
     /// The bits that either has: the sign is set where one of both is.
     fn joined(self, other: Self) -> Self;
 
+    /// m between 3/4 and 3/2 and e with m 2^e, of positive normal numbers. Others give what they will.
+    fn parts(self) -> (Self, Self);
+
     /// One bit a lane: its sign is set.
     fn signs(self) -> u8;
 
@@ -167,6 +170,37 @@ pub(crate) trait Lanes:
 
     /// The lanes added up, in an order that is the same for all of a level.
     fn total(self) -> f64;
+}
+
+/// The bits of an exponent, of 1, of the least number above which [`Lanes::parts`] halve up to 1, and of the number behind whose
+/// digits an exponent is written to be read as a number: 2^52.
+const EXPONENT: i64 = 0x7FF << 52;
+const ONE: i64 = 0x3FF << 52;
+const TO_ONE: i64 = 1 << 51;
+const DIGITS: i64 = 0x433 << 52;
+
+/// What that number is with the exponent of 1 behind it.
+const EXPONENT_OF_ONE: f64 = 4_503_599_627_370_496.0 + 1023.0;
+
+/// ln(1 + z) to the last bits, also where z is small, of normal 1 + z; not a number where 1 + z is not positive.
+#[inline(always)]
+pub(crate) fn ln_1p<S: Simd>(simd: S, z: S::Lanes) -> S::Lanes {
+    let (zero, one, two) = (simd.splat(0.0), simd.splat(1.0), simd.splat(2.0));
+    let x = one + z;
+    let (mantissa, exponent) = x.parts();
+    // 1 + z has lost digits of a small z.
+    let rest = (mantissa - one).or((exponent * exponent).above(zero), z);
+    // ln(1 + rest) = 2 artanh s = 2 s (1 + s^2/3 + s^4/5 + ...), with s^2 < 1/25
+    let s = rest / (two + rest);
+    let square = s * s;
+    let mut series = simd.splat(1.0 / 23.0);
+    for term in 1..11 {
+        series = series.mul_add(square, simd.splat(1.0 / (23 - 2 * term) as f64));
+    }
+    let twice = s + s;
+    let logarithm = (series * square).mul_add(twice, twice);
+    let logarithm = exponent.mul_add(simd.splat(std::f64::consts::LN_2), logarithm);
+    logarithm.or(x.above(zero), simd.splat(f64::NAN))
 }
 
 /// The least 1 + z that [`Lanes::shortfall`] takes the root of.

@@ -1,6 +1,6 @@
 //! Every level that this machine has, lane by lane against plain arithmetic.
 
-use super::{Kernel, Lanes, Mask, Simd, SimdLevel};
+use super::{Kernel, Lanes, Mask, Simd, SimdLevel, ln_1p};
 
 fn on_each_level(kernel: impl Kernel<Output = ()> + Copy) {
     for level in SimdLevel::ALL {
@@ -201,4 +201,37 @@ impl Kernel for Shortfall {
 #[test]
 fn the_shortfall_keeps_its_digits_and_is_zero_where_nothing_moved() {
     on_each_level(Shortfall);
+}
+
+#[derive(Clone, Copy)]
+struct Logarithm;
+
+impl Kernel for Logarithm {
+    type Output = ();
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let of = |z: f64| lanes(simd, ln_1p(simd, simd.splat(z)))[0];
+        for step in -700..700 {
+            let size = (0.1 * f64::from(step)).exp();
+            for z in [size, -size, 1.3 * size, size - 1.0] {
+                if z > -1.0 {
+                    let error = of(z) - z.ln_1p();
+                    assert!(error.abs() <= 4e-16 * z.ln_1p().abs(), "{z}: {}", of(z));
+                }
+            }
+        }
+        // Between mantissas of 3/4 and 3/2.
+        for z in [-0.25, 0.5, 2.0, -0.25 - 1e-16, 0.5 - 1e-16] {
+            assert!((of(z) - z.ln_1p()).abs() <= 4e-16 * z.ln_1p().abs(), "{z}: {}", of(z));
+        }
+        assert_eq!(of(0.0), 0.0);
+        for z in [-1.0, -1.5, -1e300, f64::NAN] {
+            assert!(of(z).is_nan(), "{z}");
+        }
+    }
+}
+
+#[test]
+fn logarithms_are_right_to_the_last_bits() {
+    on_each_level(Logarithm);
 }
