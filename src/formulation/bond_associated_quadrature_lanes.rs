@@ -20,9 +20,9 @@ use crate::damage::Breaking;
 use crate::families::LANES;
 use crate::kernel::family::{Record, Table};
 use crate::kernel::quadrature::{
-    BondByBond, BondLaw, BondMeans, BondStresses, Middles, odd_place, weight_place,
+    Answered, BondByBond, BondLaw, BondMeans, BondStresses, Middles, odd_place, weight_place,
 };
-use crate::material::{Across, Answer, Deformation};
+use crate::material::{Across, Answer, Deformation, Record as Remembered};
 use crate::tensor::{self, Tensor, Vector, identity, zero};
 use crate::workers::{Outputs, PerPoint, Ragged};
 
@@ -116,29 +116,47 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
         let (offsets, width) = (&scene.families.offsets, laws.width());
         let outputs = Ragged { values: &mut *records, offsets, width: LANES * width };
         scene.workers.sweep(scene.places.len(), outputs, |range, new| {
-            let (first, new) = (offsets[range.start] as usize * LANES * width, new.values);
-            let old = &scene.bonds.records[first..first + new.len()];
-            new.copy_from_slice(old);
-            let new = RefCell::new(new);
-            let remember = |point, site, deformation: &Deformation<D>| {
-                let own = site * width - first..(site + 1) * width - first;
-                laws.remember_at(scene, (point, site), deformation, &mut new.borrow_mut()[own]);
+            let first = offsets[range.start] as usize * LANES;
+            let new = RefCell::new(new.values);
+            let of =
+                |sites: Range<usize>| (sites.start - first) * width..(sites.end - first) * width;
+            let sites = |point: usize| {
+                let blocks = scene.families.blocks(point);
+                blocks.start * LANES..blocks.end * LANES
+            };
+            // Read in their order, committed records are at hand when laws are asked.
+            let begin = |point: usize| {
+                let Range { start, end } = sites(point);
+                let old = &scene.bonds.records[start * width..end * width];
+                new.borrow_mut()[of(start..end)].copy_from_slice(old);
+            };
+            let settle = |point: usize| {
+                let own = &mut new.borrow_mut()[of(sites(point))];
+                laws.settle(scene, sites(point), &|_| point, own);
             };
             scene.simd.run(BondStresses {
                 middles: self.middles,
-                law: BondByBond(|point, slot, _, gradient: &Tensor<D>| {
-                    remember(point, slot, &Deformation::whole(gradient));
+                law: BondByBond(|point, site, _, gradient: &Tensor<D>| {
+                    let (deformation, new) = (Deformation::whole(gradient), &mut *new.borrow_mut());
+                    let own = &mut new[of(site..site + 1)];
+                    laws.defer_at(scene, (point, site), &deformation, own);
                     (0.0, zero())
                 }),
                 range,
-                wanted: &wanted,
+                wanted: |point| {
+                    begin(point);
+                    wanted(point)
+                },
                 finish: |point, _: &_, _: &_, odd| {
                     let left = |point| self.left(point);
                     if odd {
+                        begin(point);
                         Baqp::each_quadrature(&self.body, point, left, |link, at| {
-                            remember(point, link.slot, &at.deformation);
+                            let own = &mut new.borrow_mut()[of(link.slot..link.slot + 1)];
+                            laws.remember_at(scene, (point, link.slot), &at.deformation, own);
                         });
                     }
+                    settle(point);
                 },
             });
         });
@@ -252,11 +270,14 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
 
 /// What is to be done with the law of all points, or those of points, where they are ones for lanes; else what there is for others.
 macro_rules! by_laws {
-    ($baqp:ident, $law:ident => $with:expr, _ => $else:expr) => {
+    (($baqp:ident, $scene:expr), $law:ident => $with:expr, _ => $else:expr) => {
         match ($baqp.laws.quadratic(), $baqp.laws_of_points()) {
             (Some($law), _) => $with,
             (None, Some($law)) => $with,
-            (None, None) => $else,
+            (None, None) => match $baqp.answered($scene) {
+                Some($law) => $with,
+                None => $else,
+            },
         }
     };
 }
@@ -283,7 +304,7 @@ impl Baqp {
     ) {
         let then = |swept: &Swept<'_, D, D>| {
             let others = || debug_assert!(false, "lattices are of laws for lanes");
-            by_laws!(self, law => swept.forces(law, force, left), _ => others());
+            by_laws!((self, swept.body.scene), law => swept.forces(law, force, left), _ => others());
         };
         self.with_answers(sweep, gradients, kept, (&mut [], false), |_| true, then);
     }
@@ -315,6 +336,13 @@ impl Baqp {
         kept
     }
 
+    /// What laws with memory have answered, if all points have one.
+    fn answered<'a>(&self, scene: &Scene<'a>) -> Option<Answered<'a>> {
+        let Asked { records, dissipated } = scene.asked?;
+        let answered = Answered::new(records, self.laws.width(), Remembered::energy_at(dissipated));
+        self.laws.is_one().then_some(answered)
+    }
+
     /// The law of bonds one after the other; of laws with memory what they have answered.
     fn bond_law<const D: usize>(&self, body: Body<'_, D>) -> impl BondLaw<D> + Copy + Sync {
         BondByBond(move |point, slot, neighbor, gradient: &Tensor<D>| {
@@ -340,7 +368,7 @@ impl Baqp {
         let sweep = Sweep { scene, ..sweep };
         let then = |swept: &Swept<'_, D, SIZE>| {
             let others = self.bond_law(swept.body);
-            by_laws!(self, law => swept.forces(law, force, left), _ => swept.forces(others, force, left));
+            by_laws!((self, swept.body.scene), law => swept.forces(law, force, left), _ => swept.forces(others, force, left));
         };
         self.with_answers(sweep, gradients, kept, (room.records, false), |_| true, then);
         pull::<D, C>(sweep, left, force)
@@ -368,7 +396,7 @@ impl Baqp {
         let then = |swept: &Swept<'_, D, SIZE>| {
             let others = self.bond_law(swept.body);
             by_laws!(
-                self,
+                (self, swept.body.scene),
                 law => swept.energies(law, density, wanted),
                 _ => swept.energies(others, density, wanted)
             );
@@ -399,7 +427,7 @@ impl Baqp {
             }
             // Nothing lies across a body in space.
             by_laws!(
-                self,
+                (self, swept.body.scene),
                 law => swept.fields(law, values, read),
                 _ => swept.fields(others, values, read)
             );

@@ -261,7 +261,7 @@ impl Correspondence {
             wanted,
             |point, _, gradient, (record, to)| {
                 put(gradient, to);
-                laws.remember_at(scene, (point, point), &Deformation::whole(gradient), record.0);
+                laws.defer_at(scene, (point, point), &Deformation::whole(gradient), record.0);
             },
         );
         let body = &Body::<D>::new(scene, &self.weights);
@@ -269,8 +269,13 @@ impl Correspondence {
         kept.odd::<D, SIZE, _>(scene, outputs, |point, _, record| {
             if wanted(point) {
                 let deformation = deformation_at(body, point, self.order);
+                record.0.copy_from_slice(laws.committed(scene, point));
                 laws.remember_at(scene, (point, point), &deformation, record.0);
             }
+        });
+        let outputs = PerPoint(&mut *records, laws.width());
+        scene.workers.sweep(scene.places.len(), outputs, |range, new| {
+            laws.settle(scene, range.clone(), &|site| range.start + site, new.0);
         });
         laws.ask_host(scene, records);
         kept

@@ -1,6 +1,7 @@
 //! How passes ask the laws of their points: those without memory at once, those with memory from the records that
 //! a sweep before has made.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -13,7 +14,7 @@ use crate::error::Result;
 use crate::families::LANES;
 use crate::kernel::elastic::{ElasticLaw, SaintVenantKirchhoff};
 use crate::material::{
-    Across, Answer, Deformation, HostLaw, Law, MEMORY, Record, Room, record_width,
+    Across, Answer, Deformation, HostLaw, Law, MEMORY, Record, Room, Settle, record_width,
 };
 use crate::tensor::zero;
 use crate::workers::{PerPoint, Ragged};
@@ -60,6 +61,11 @@ impl Laws {
 
     pub(super) fn at(&self, point: usize) -> &Law {
         self.of.at(point)
+    }
+
+    /// Whether all points have one law, of one model.
+    pub(super) fn is_one(&self) -> bool {
+        self.of.iter().count() == 1
     }
 
     /// Whether all points share one law for lanes.
@@ -190,7 +196,12 @@ impl Laws {
         Kinematics::new(deformation, &answer.stress, across).with_plastic(plastic)
     }
 
-    /// Makes the record of a site from the committed one.
+    /// The committed record of a site.
+    pub(super) fn committed<'a>(&self, scene: &Scene<'a>, site: usize) -> &'a [f64] {
+        &scene.bonds.records[site * self.width..(site + 1) * self.width]
+    }
+
+    /// Makes the record of a site, which is a copy of the committed one.
     pub(super) fn remember_at<const D: usize>(
         &self,
         scene: &Scene<'_>,
@@ -198,9 +209,34 @@ impl Laws {
         deformation: &Deformation<D>,
         new: &mut [f64],
     ) {
-        let old = &scene.bonds.records[site * self.width..(site + 1) * self.width];
-        new.copy_from_slice(old);
+        let old = self.committed(scene, site);
         self.at(point).remember(deformation, old, new, scene.flows);
+    }
+
+    /// The same, or leaves it to [`Laws::settle`].
+    pub(super) fn defer_at<const D: usize>(
+        &self,
+        scene: &Scene<'_>,
+        (point, site): (usize, usize),
+        deformation: &Deformation<D>,
+        new: &mut [f64],
+    ) {
+        let old = self.committed(scene, site);
+        self.at(point).defer(deformation, old, new, scene.flows);
+    }
+
+    /// Asks what waits in the records of sites, in lanes; `point`: that of each, counted from the first of them.
+    pub(super) fn settle(
+        &self,
+        scene: &Scene<'_>,
+        sites: Range<usize>,
+        point: &dyn Fn(usize) -> usize,
+        new: &mut [f64],
+    ) {
+        let width = self.width;
+        let old = &scene.bonds.records[sites.start * width..sites.end * width];
+        let law = &|site: usize| self.at(point(site));
+        scene.simd.run(Settle { law, old, new, width, flows: scene.flows });
     }
 
     /// Asks all laws, those near broken bonds if `near` says so: records of all sites, from the committed ones.

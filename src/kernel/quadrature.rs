@@ -32,6 +32,57 @@ pub(crate) struct LawsOfPoints<F> {
     pub(crate) is_common: bool,
 }
 
+/// What a law with memory has answered at the slots of bonds.
+#[derive(Clone, Copy)]
+pub(crate) struct Answered<'a> {
+    /// Four numbers of records a row.
+    rows: &'a [[f64; 4]],
+    /// Rows of a record.
+    width: usize,
+    /// Where it has the energy that is asked for.
+    energy: usize,
+}
+
+impl<'a> Answered<'a> {
+    /// Records of so many numbers, a multiple of four: P as of a solid in space, and the energy at a place.
+    pub(crate) fn new(records: &'a [f64], width: usize, energy: usize) -> Self {
+        assert!(width.is_multiple_of(4) && width >= 12 && (9..12).contains(&energy));
+        Self { rows: records.as_chunks().0, width: width / 4, energy }
+    }
+}
+
+impl<const D: usize> BondLaw<D> for Answered<'_> {
+    #[inline(always)]
+    fn answer<S: Simd>(
+        &mut self,
+        simd: S,
+        family: &Family<'_>,
+        (_, slot): (usize, usize),
+        bits: u8,
+        gradient: &[[S::Lanes; D]; D],
+    ) -> (S::Lanes, [[S::Lanes; D]; D]) {
+        let first = family.lane(slot) * self.width;
+        let rows = &self.rows[first..first + S::WIDTH * self.width];
+        let mut at = [0; LANES];
+        for lane in 0..S::WIDTH {
+            at[lane] = (lane * self.width) as u32;
+        }
+        let mut numbers = [simd.splat(0.0); 12];
+        for first in (0..12).step_by(4) {
+            // SAFETY: each record has three rows.
+            let four = unsafe { simd.columns(&rows[first / 4..], 0, &at) };
+            numbers[first..first + 4].copy_from_slice(&four);
+        }
+        let (mask, mut stress) = (simd.mask(bits), *gradient);
+        for row in 0..D {
+            for column in 0..D {
+                stress[row][column] = numbers[3 * row + column].only(mask);
+            }
+        }
+        (numbers[self.energy], stress)
+    }
+}
+
 /// One bond after the other: by point, slot, other end and displacement gradient.
 #[derive(Clone, Copy)]
 pub(crate) struct BondByBond<F>(pub(crate) F);

@@ -47,10 +47,10 @@ pub(crate) struct Memory {
 }
 
 /// |d| over |w| below which an increment is a turn.
-const SPIN: f64 = 1e-3;
+pub(super) const SPIN: f64 = 1e-3;
 
 /// |v R - F| over |F|.
-const STRAYED: f64 = 0.1;
+pub(super) const STRAYED: f64 = 0.1;
 
 /// Numbers in which it is kept.
 pub(crate) const NUMBERS: usize = 48;

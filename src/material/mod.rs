@@ -9,6 +9,7 @@ mod across;
 mod completion;
 mod host;
 mod hypoelastic;
+mod hypoelastic_lanes;
 mod neo_hookean;
 mod remember;
 mod saint_venant_kirchhoff;
@@ -20,6 +21,7 @@ pub(crate) use across::Across;
 pub(crate) use completion::completed;
 pub use host::MaterialBatch;
 pub(crate) use host::{HostLaw, Room};
+pub(crate) use hypoelastic_lanes::Settle;
 pub(crate) use remember::Record;
 
 use crate::error::Result;
@@ -76,13 +78,13 @@ pub(crate) struct Answer<const D: usize> {
 }
 
 /// Numbers of a record, with the size of a host's state: what a law with memory has answered at a site, and what it
-/// remembers there. The stress P as of a solid in space, the energies, and the memory.
+/// remembers there. The stress P as of a solid in space, the energies, and the memory. A multiple of four.
 pub(crate) const fn record_width(host: Option<usize>) -> usize {
-    MEMORY
-        + match host {
-            Some(state) if 9 + state > hypoelastic::NUMBERS => 9 + state,
-            _ => hypoelastic::NUMBERS,
-        }
+    let memory = match host {
+        Some(state) if 9 + state > hypoelastic::NUMBERS => 9 + state,
+        _ => hypoelastic::NUMBERS,
+    };
+    (MEMORY + memory).next_multiple_of(4)
 }
 
 /// Where a record has the energy.

@@ -11,7 +11,7 @@ use crate::tensor::{
 };
 
 /// Tries at the stretch of free directions.
-const TRIES: usize = 60;
+pub(super) const TRIES: usize = 60;
 
 /// What a law has answered at a site, and what it remembers.
 #[derive(Clone, Copy)]
@@ -22,10 +22,15 @@ impl<'a> Record<'a> {
         Self(&records[site * width..(site + 1) * width])
     }
 
+    /// Which of its numbers is the energy: what is stored, or what was not given back.
+    pub(crate) fn energy_at(dissipated: bool) -> usize {
+        if dissipated { DISSIPATED } else { ENERGY }
+    }
+
     /// The answer; with `dissipated` the energy is what was not given back.
     pub(crate) fn answer<const D: usize>(&self, span: &Tensor<D>, dissipated: bool) -> Answer<D> {
         let stress: Tensor<3> = read(self.0);
-        let energy = self.0[if dissipated { DISSIPATED } else { ENERGY }];
+        let energy = self.0[Self::energy_at(dissipated)];
         Answer { energy, stress: product(&resized(&stress), span) }
     }
 

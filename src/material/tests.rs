@@ -1,10 +1,12 @@
 //! Laws in lanes against the same laws asked one by one.
 
-use super::{Deformation, Law};
+use super::{DISSIPATED, Deformation, Law, MEMORY, Settle, record_width};
 use crate::kernel::elastic::{ElasticLaw, LaneLaw};
 use crate::kernel::simd::{Kernel, Lanes, Simd, SimdLevel};
 use crate::model::Model;
-use crate::tensor::{Tensor, contracted, inverse};
+use crate::tensor::{
+    Tensor, contracted, difference, identity, inverse, product, read, resized, scaled, sum,
+};
 
 /// Numbers between -1 and 1 in no order.
 struct Random(u64);
@@ -25,6 +27,10 @@ fn law(material: &str, plane: Option<&str>, poissons_ratio: f64) -> Law {
     model.choose("material", material).unwrap();
     for (key, value) in [("youngs_modulus", 3.0), ("poissons_ratio", poissons_ratio)] {
         model.set(key, value).unwrap();
+    }
+    if material == "j2_plastic" {
+        model.set("yield_stress", 3e-3).unwrap();
+        model.set("hardening_modulus", 0.5).unwrap();
     }
     if let Some(plane) = plane {
         model.choose("plane", plane).unwrap();
@@ -158,6 +164,83 @@ fn laws_in_lanes_are_at_rest_where_nothing_is_strained() {
                     stress.as_flattened().iter().all(|value| value.abs() < 1e-14),
                     "{stress:?}"
                 );
+            }
+        }
+    }
+}
+
+/// Asks a law of eleven sites in lanes and one by one, in steps of this size; whether records agree, and flow or not.
+fn settle_and_compare<const D: usize>(
+    material: &str,
+    plane: Option<&str>,
+    (size, turn): (f64, f64),
+    level: SimdLevel,
+) -> bool {
+    const SITES: usize = 11;
+    let laws = [0.1, 0.3].map(|ratio| law(material, plane, ratio));
+    let of = |site: usize| &laws[site % 2];
+    let width = record_width(Some(45));
+    let mut random = Random(11);
+    let (mut old, mut flowed) = (vec![0.0; SITES * width], false);
+    for step in 0..12 {
+        let (mut single, mut lanes) = (old.clone(), old.clone());
+        for site in 0..SITES {
+            let own = site * width..(site + 1) * width;
+            let last: Tensor<3> = read(&old[own.start + MEMORY..]);
+            let last: Tensor<D> = resized(&last);
+            let (sine, cosine) = (turn * random.next()).sin_cos();
+            let mut rotation: Tensor<D> = identity();
+            (rotation[0][0], rotation[0][1]) = (cosine, -sine);
+            (rotation[1][0], rotation[1][1]) = (sine, cosine);
+            let strained = sum(&sum(&identity(), &last), &random.gradient(size));
+            let mut gradient = difference(&product(&rotation, &strained), &identity());
+            match (step, site) {
+                // Some stay as they were, or turn like a rigid body, or are lost.
+                (_, 3) if step % 2 == 1 => gradient = last,
+                (_, 4) => {
+                    let turned = product(&rotation, &sum(&identity(), &last));
+                    gradient = difference(&turned, &identity());
+                }
+                (11, 5) => gradient[0][0] = f64::NAN,
+                (11, 6) => gradient = scaled(&identity(), -2.0),
+                _ => {}
+            }
+            let deformation = Deformation::whole(&gradient);
+            of(site).remember(&deformation, &old[own.clone()], &mut single[own.clone()], true);
+            of(site).defer(&deformation, &old[own.clone()], &mut lanes[own], true);
+        }
+        level.run(Settle { law: &of, old: &old, new: &mut lanes, width, flows: true });
+        for (place, (found, expected)) in lanes.iter().zip(&single).enumerate() {
+            let (site, number) = (place / width, place % width);
+            let name = format!("{material} {size} {turn} {level:?} {step} {site} {number}");
+            if expected.is_nan() {
+                assert!(found.is_nan(), "{name}: {found}");
+            } else if site == 3 && step % 2 == 1 && number >= MEMORY {
+                assert_eq!(found, &old[place], "{name}");
+            } else {
+                let record = &single[site * width..(site + 1) * width];
+                let largest = record.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+                assert!((found - expected).abs() <= 1e-12 * largest, "{name}: {found} {expected}");
+            }
+            flowed |= number == DISSIPATED && *expected > 0.0;
+        }
+        // On from the same numbers.
+        old = single;
+    }
+    flowed
+}
+
+#[test]
+fn laws_with_memory_settle_as_one_by_one() {
+    for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+        // Small strains, turns, turns by more than a radian, and frames that are lost.
+        for moves in [(1e-4, 0.0), (1e-3, 0.3), (0.05, 0.1), (1e-5, 1.5), (0.4, 0.9)] {
+            for material in ["hypoelastic", "j2_plastic"] {
+                let flowed = settle_and_compare::<3>(material, None, moves, level);
+                assert_eq!(flowed, material == "j2_plastic" && moves.0 > 5e-4, "{moves:?}");
+                for plane in ["strain", "stress"] {
+                    settle_and_compare::<2>(material, Some(plane), moves, level);
+                }
             }
         }
     }
