@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use super::elastic::{ElasticLaw, LaneLaw, SaintVenantKirchhoff};
 use super::family::{Family, Table};
-use super::simd::{Kernel, Lanes, Simd};
+use super::simd::{Kernel, Lanes, Simd, read_records};
 use crate::families::LANES;
 
 /// A law that is asked at bonds.
@@ -65,14 +65,10 @@ impl<const D: usize> BondLaw<D> for Answered<'_> {
         let rows = &self.rows[first..first + S::WIDTH * self.width];
         let mut at = [0; LANES];
         for lane in 0..S::WIDTH {
-            at[lane] = (lane * self.width) as u32;
+            at[lane] = lane * self.width;
         }
         let mut numbers = [simd.splat(0.0); 12];
-        for first in (0..12).step_by(4) {
-            // SAFETY: each record has three rows.
-            let four = unsafe { simd.columns(&rows[first / 4..], 0, &at) };
-            numbers[first..first + 4].copy_from_slice(&four);
-        }
+        read_records(simd, rows, &at, &mut numbers);
         let (mask, mut stress) = (simd.mask(bits), *gradient);
         for row in 0..D {
             for column in 0..D {

@@ -9,16 +9,13 @@ use super::hypoelastic::{NUMBERS, SPIN, STRAYED};
 use super::remember::TRIES;
 use super::{DISSIPATED, Deformation, ENERGY, Kind, Law, MEMORY, PENDING};
 use crate::families::LANES;
-use crate::kernel::simd::{Kernel, Lanes, Mask, Simd};
+use crate::kernel::simd::{Kernel, Lanes, Mask, Simd, read_records};
 use crate::tensor::{Tensor, read, resized};
 
 /// What a record has at [`PENDING`] while its gradient waits for [`Settle`], and one of a plate in plane stress; 1 waits for a
 /// function of the host's.
 const DEFERRED: f64 = 2.0;
 const DEFERRED_PLATE: f64 = 3.0;
-
-/// Numbers of a row that are read at once.
-const FOUR: usize = 4;
 
 /// Lanes of a tensor in space.
 type Lanewise<F> = [[F; 3]; 3];
@@ -85,21 +82,14 @@ impl Settle<'_, '_> {
     /// Asks the laws of the first sites, which are `waiting`.
     #[inline(always)]
     fn settle<S: Simd>(&mut self, simd: S, sites: &[usize; LANES], waiting: usize) {
-        let rows = self.width / FOUR;
         let mut before = [simd.splat(0.0); NUMBERS];
         let mut now = [simd.splat(0.0); 12];
         for (records, numbers) in [(self.old, &mut before[..]), (&*self.new, &mut now[..])] {
-            let (table, _) = records.as_chunks::<FOUR>();
-            for first in (0..numbers.len()).step_by(FOUR) {
-                let mut at = [0; LANES];
-                for lane in 0..S::WIDTH {
-                    at[lane] = (sites[lane] * rows + (MEMORY + first) / FOUR) as u32;
-                    assert!((at[lane] as usize) < table.len());
-                }
-                // SAFETY: these are rows of the table.
-                let four = unsafe { simd.columns(table, 0, &at) };
-                numbers[first..first + FOUR].copy_from_slice(&four);
+            let mut at = [0; LANES];
+            for lane in 0..S::WIDTH {
+                at[lane] = (sites[lane] * self.width + MEMORY) / 4;
             }
+            read_records(simd, records.as_chunks().0, &at, numbers);
         }
         let (mut constants, mut plates) = ([[0.0; LANES]; 4], 0);
         for lane in 0..S::WIDTH {

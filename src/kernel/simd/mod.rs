@@ -269,6 +269,26 @@ pub(crate) fn prefetch_rows<const C: usize>(
     }
 }
 
+/// Numbers of records of rows of four, one record a lane, from the rows on that `at` names. Panics where there are fewer rows.
+#[inline(always)]
+pub(crate) fn read_records<S: Simd>(
+    simd: S,
+    rows: &[[f64; 4]],
+    at: &[usize; 8],
+    numbers: &mut [S::Lanes],
+) {
+    for (place, four) in numbers.chunks_exact_mut(4).enumerate() {
+        let mut names = [0; 8];
+        for lane in 0..S::WIDTH {
+            let row = at[lane] + place;
+            assert!(row < rows.len() && row <= u32::MAX as usize);
+            names[lane] = row as u32;
+        }
+        // SAFETY: these are rows, as has been seen.
+        four.copy_from_slice(&unsafe { simd.columns(rows, 0, &names) });
+    }
+}
+
 /// Operators of a type of lanes, from an unsafe call of its level each.
 macro_rules! operators {
     ($lanes:ident: $($trait:ident $method:ident = $call:path;)+) => {
