@@ -71,6 +71,13 @@ pub fn points(coordinates: &[f64]) -> Points {
     Points::new(3, coordinates, &volumes).unwrap()
 }
 
+/// A plate of the first two coordinates of places in space.
+pub fn plate(coordinates: &[f64]) -> Points {
+    let places: Vec<f64> = coordinates.chunks(3).flat_map(|place| [place[0], place[1]]).collect();
+    let volumes = vec![SPACING.powi(2); places.len() / 2];
+    Points::new(2, &places, &volumes).unwrap()
+}
+
 /// A congruential generator: the same numbers everywhere.
 struct Random(u64);
 

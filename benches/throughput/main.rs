@@ -1,5 +1,6 @@
 //! Where the speed stands: `make bench` prints one table over formulations, arrangements, bodies, threads and damage, and what
-//! the plain loops of `naive` do in turns with the same bodies. `make bench BENCH="bond_based cloud 50"` runs a part, `BENCH=threads` two threads against one, from bodies of 8000 points on.
+//! the plain loops of `naive` do in turns with the same bodies. `make bench BENCH="bond_based cloud 50"` runs a part, `BENCH=threads` two threads against one, from bodies of 8000 points on, `BENCH=laws` all
+//! material laws against Saint Venant-Kirchhoff's.
 //!
 //! Whole velocity Verlet steps in which nothing breaks. Stepping begins with the stable step, many evaluations of the forces:
 //! where these are slow, they are timed alone and the line has a star. A body is left out where even that takes too long or
@@ -32,11 +33,17 @@ const ROUNDS: usize = 11;
 const THREADED: [&str; 4] =
     ["bond_based", "ordinary_state_based", "correspondence", "bond_associated_quadrature"];
 
+/// Formulations that ask material laws, one of points and one of bonds.
+const LAWFUL: [&str; 2] = ["correspondence", "bond_associated_quadrature"];
+
+const LAWS: [&str; 5] =
+    ["saint_venant_kirchhoff", "neo_hookean", "small_strain", "hypoelastic", "j2_plastic"];
+
 fn main() {
     let formulations: Vec<&str> = FORMULATIONS.iter().map(|entry| entry.name).collect();
     let arrangements = common::arrangement_names();
     let bodies = [common::body_names(), vec![common::SMALL.name]].concat();
-    let kinds = ["table", "naive", "branching", "threads"];
+    let kinds = ["table", "naive", "branching", "threads", "laws"];
     let choice = Choice::from_arguments(&[&formulations, &arrangements, &bodies, &kinds]);
     let chosen = |formulation: &str, arrangement: &str, body: &str| {
         choice.has(&formulations, formulation)
@@ -93,6 +100,21 @@ fn main() {
                 for body in [common::SMALL, BODIES[0], BODIES[2]] {
                     if chosen(formulation, arrangement.name, body.name) {
                         two_over_one(formulation, arrangement, body);
+                    }
+                }
+            }
+        }
+    }
+    if choice.has(&kinds, "laws") {
+        println!(
+            "\nForces by the laws of {}, ms on one thread: least of {ROUNDS} rounds in turns, and over that of the first",
+            LAWS.join(", ")
+        );
+        for formulation in LAWFUL {
+            for arrangement in ARRANGEMENTS {
+                for plane in [None, Some("strain"), Some("stress")] {
+                    if chosen(formulation, arrangement.name, common::SMALL.name) {
+                        of_laws(formulation, arrangement, plane);
                     }
                 }
             }
@@ -238,6 +260,41 @@ fn two_over_one(formulation: &str, arrangement: common::Arrangement, body: Body)
         1e3 * two,
         one / two
     );
+}
+
+/// The laws take turns with the same body: 20^3 points of a solid, or 90^2 of a plate.
+fn of_laws(formulation: &str, arrangement: common::Arrangement, plane: Option<&str>) {
+    let counts = if plane.is_some() { [90, 90, 1] } else { common::SMALL.counts };
+    let body = Body { name: "", counts };
+    let points = match plane {
+        Some(_) => common::plate(&common::coordinates(body, arrangement)),
+        None => common::points(&common::coordinates(body, arrangement)),
+    };
+    let mut bodies = LAWS.map(|law| {
+        let mut model = common::model(formulation, false).unwrap();
+        model.choose("material", law).unwrap();
+        plane.into_iter().for_each(|plane| model.choose("plane", plane).unwrap());
+        if law == "j2_plastic" {
+            model.set("yield_stress", 5e-4 * common::YOUNGS_MODULUS).unwrap();
+        }
+        let mut simulation = Simulation::new(&points, &model).unwrap();
+        simulation.set_threads(1).unwrap();
+        let moved = &common::shaken(points.count())[..points.dimension() * points.count()];
+        simulation.set(Field::Displacement, moved).unwrap();
+        sweep_seconds(&mut simulation);
+        simulation
+    });
+    let mut times = LAWS.map(|_| Vec::new());
+    for _ in 0..ROUNDS {
+        for (times, body) in times.iter_mut().zip(&mut bodies) {
+            times.push(sweep_seconds(body));
+        }
+    }
+    let least = times.map(|times| common::least_and_median(times)[0]);
+    print!("{formulation:<27}{:<8}{:<7}", arrangement.name, plane.unwrap_or("solid"));
+    least.iter().for_each(|least| print!("{:>9.2}", 1e3 * least));
+    least[1..].iter().for_each(|other| print!("{:>7.1}", other / least[0]));
+    println!();
 }
 
 /// What growing cracks cost: the same plate with and without damage, in turns, from the start until the crack has branched.
