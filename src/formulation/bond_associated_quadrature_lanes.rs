@@ -1,7 +1,8 @@
 //! Bond-associated quadrature points in lanes: gradients of points, laws at the middles of bonds, and what bonds pull
 //! by themselves and through the gradients of their ends.
 //!
-//! Laws but Saint Venant-Kirchhoff's, of one material or several, are asked bond by bond between the lanes. Points with an end of a bond that does
+//! Elastic laws, of one material or several, are asked in lanes; what laws with memory have answered is read in lanes where there is one material, and bond
+//! by bond where there are several. Points with an end of a bond that does
 //! not span the body are computed by single bonds.
 
 use std::cell::RefCell;
@@ -294,7 +295,7 @@ impl Baqp {
         numbers
     }
 
-    /// The second sweep of points without a seat on the lattice that a body has, for Saint Venant-Kirchhoff's law.
+    /// The second sweep of points without a seat on the lattice that a body has, for elastic laws.
     pub(super) fn stresses_beyond<const D: usize, const C: usize>(
         &self,
         sweep: Sweep<'_>,

@@ -27,10 +27,14 @@ pub(super) enum Sites {
     Lanes,
 }
 
+/// A law, and what it is in lanes.
+struct Known {
+    law: Law,
+    elastic: Option<ElasticLaw>,
+}
+
 pub(super) struct Laws {
-    of: ByModel<Law>,
-    /// Those for lanes.
-    elastic: ByModel<Option<ElasticLaw>>,
+    of: ByModel<Known>,
     pub(super) sites: Sites,
     remember: bool,
     /// Numbers of a record.
@@ -43,11 +47,11 @@ pub(super) struct Laws {
 
 impl Laws {
     pub(super) fn new(materials: &Materials<'_>, sites: Sites) -> Result<Self> {
-        let of = ByModel::new(materials, |model| Law::new(model, materials.dimension))?;
-        let elastic = ByModel::new(materials, |model| {
-            Ok(Law::new(model, materials.dimension)?.in_lanes(materials.dimension))
+        let of = ByModel::new(materials, |model| {
+            let law = Law::new(model, materials.dimension)?;
+            Ok(Known { elastic: law.in_lanes(materials.dimension), law })
         })?;
-        let remember = of.any(Law::has_memory);
+        let remember = of.any(|known| known.law.has_memory());
         let host = ByModel::new(materials, |model| Ok(model.host_law().cloned()))?;
         let state = host.iter().flatten().map(|law| law.state_size).max();
         let width = record_width(state);
@@ -56,11 +60,15 @@ impl Laws {
             None => Room::new(0, 0, 0)?,
         };
         let (room, stopped) = (Mutex::new(room), AtomicBool::new(false));
-        Ok(Self { of, elastic, sites, remember, width, host, room, stopped })
+        Ok(Self { of, sites, remember, width, host, room, stopped })
     }
 
     pub(super) fn at(&self, point: usize) -> &Law {
-        self.of.at(point)
+        &self.of.at(point).law
+    }
+
+    fn elastic(&self, point: usize) -> Option<ElasticLaw> {
+        self.of.at(point).elastic
     }
 
     /// Whether all points have one law, of one model.
@@ -70,41 +78,41 @@ impl Laws {
 
     /// Whether all points share one law for lanes.
     pub(super) fn are_common(&self) -> bool {
-        self.elastic.at(0).is_some() && !self.elastic.differ()
+        let first = self.elastic(0);
+        first.is_some() && !self.of.any(|known| known.elastic != first)
     }
 
     /// Whether all points have laws for lanes.
     pub(super) fn are_elastic(&self) -> bool {
-        !self.elastic.any(Option::is_none)
+        !self.of.any(|known| known.elastic.is_none())
     }
 
     /// The law of Saint Venant-Kirchhoff, if all points share it.
     pub(super) fn quadratic(&self) -> Option<SaintVenantKirchhoff> {
-        let first = *self.elastic.at(0);
-        first.filter(|_| self.are_common()).and_then(ElasticLaw::quadratic)
+        self.elastic(0).filter(|_| self.are_common()).and_then(ElasticLaw::quadratic)
     }
 
     /// Those of points, if all have Saint Venant-Kirchhoff's.
     pub(super) fn quadratics(
         &self,
     ) -> Option<impl Fn(usize) -> SaintVenantKirchhoff + Copy + Sync> {
-        let quadratic = |law: &Option<ElasticLaw>| law.and_then(ElasticLaw::quadratic);
+        let quadratic = |law: Option<ElasticLaw>| law.and_then(ElasticLaw::quadratic);
         let of = move |point: usize| {
             let none = SaintVenantKirchhoff { lambda: f64::NAN, mu: f64::NAN };
-            quadratic(self.elastic.at(point)).unwrap_or(none)
+            quadratic(self.elastic(point)).unwrap_or(none)
         };
-        self.elastic.iter().all(|law| quadratic(law).is_some()).then_some(of)
+        (!self.of.any(|known| quadratic(known.elastic).is_none())).then_some(of)
     }
 
     /// Laws for lanes of points, if all have.
     pub(super) fn of_points(&self) -> Option<impl Fn(usize) -> ElasticLaw + Copy + Sync> {
-        let of = |point: usize| self.elastic.at(point).unwrap_or(ElasticLaw::NONE);
+        let of = |point: usize| self.elastic(point).unwrap_or(ElasticLaw::NONE);
         self.are_elastic().then_some(of)
     }
 
     /// Whether a body that has not been deformed has no stress at all, to the last bit.
     pub(super) fn rest_without_stress(&self, dimension: usize) -> bool {
-        self.of.iter().all(|law| match dimension {
+        self.of.iter().all(|Known { law, .. }| match dimension {
             _ if law.has_memory() => false,
             3 => law.answer(&Deformation::<3>::whole(&zero())).stress == zero(),
             _ => law.answer(&Deformation::<2>::whole(&zero())).stress == zero(),

@@ -3,10 +3,10 @@
 
 use std::ops::Range;
 
-use super::simd::{Kernel, Lanes, Mask, Simd, ln_1p};
+use super::simd::{Kernel, Lanes, Mask, Simd, ln_1p, logarithm};
 use crate::families::LANES;
 
-/// The step of Newton's method for what lies across a plate, as a part of 1 + z, after which nothing is left to be done.
+/// The step of Newton's method for what lies across a plate, as a part of t^2, after which nothing is left to be done.
 const CLOSE: f64 = 1e-9;
 
 /// Most of its steps.
@@ -165,32 +165,38 @@ impl ElasticLaw {
         others: Option<&[Self; LANES]>,
         gradient: &[[S::Lanes; D]; D],
     ) -> (S::Lanes, [[S::Lanes; D]; D]) {
-        let mut constants = Constants::all(simd, self);
-        if let Some(others) = others {
-            let mut linear = true;
-            for lane in 0..S::WIDTH {
-                linear &= self.is_linear_beside(others[lane]);
+        let Some(others) = others else {
+            return self.elasticity.answer(simd, &Constants::all(simd, self), gradient);
+        };
+        // Lane by lane, so that a bond has the same bits at both ends, whatever stands beside it there.
+        let (mut laws, mut linear) = ([[self; LANES], *others], true);
+        for lane in 0..S::WIDTH {
+            let other = others[lane];
+            if self.is_linear_beside(other) {
+                let mean = |one: f64, other: f64| 0.5 * (one + other);
+                let (lambda, mu) = (mean(self.lambda, other.lambda), mean(self.mu, other.mu));
+                laws[0][lane] = Self { lambda, mu, ..self };
+                laws[1][lane] = laws[0][lane];
+            } else {
+                linear = false;
             }
-            let half = simd.splat(0.5);
-            if !linear {
-                let (mut sum, mut sums) = (simd.splat(0.0), [[simd.splat(0.0); D]; D]);
-                for laws in [&[self; LANES], others] {
-                    let (held, stress) = Self::of_each(simd, laws, gradient);
-                    sum = held.mul_add(half, sum);
-                    for row in 0..D {
-                        for column in 0..D {
-                            sums[row][column] =
-                                stress[row][column].mul_add(half, sums[row][column]);
-                        }
-                    }
-                }
-                return (sum, sums);
-            }
-            let each = Constants::each(simd, others);
-            constants.lambda = (constants.lambda + each.lambda) * half;
-            constants.mu = (constants.mu + each.mu) * half;
         }
-        self.elasticity.answer(simd, &constants, gradient)
+        if linear {
+            let constants = Constants::each(simd, &laws[0]);
+            return self.elasticity.answer(simd, &constants, gradient);
+        }
+        let half = simd.splat(0.5);
+        let (mut sum, mut sums) = (simd.splat(0.0), [[simd.splat(0.0); D]; D]);
+        for laws in &laws {
+            let (held, stress) = Self::of_each(simd, laws, gradient);
+            sum = held.mul_add(half, sum);
+            for row in 0..D {
+                for column in 0..D {
+                    sums[row][column] = stress[row][column].mul_add(half, sums[row][column]);
+                }
+            }
+        }
+        (sum, sums)
     }
 
     /// Energy and stress of displacement gradients by the law of each lane.
@@ -281,7 +287,7 @@ fn twice_strain<S: Simd, const D: usize>(gradient: &[[S::Lanes; D]; D]) -> [[S::
 }
 
 #[inline(always)]
-fn trace<S: Simd, const D: usize>(tensor: &[[S::Lanes; D]; D]) -> S::Lanes {
+pub(crate) fn trace<F: Lanes, const D: usize>(tensor: &[[F; D]; D]) -> F {
     let mut sum = tensor[0][0];
     for axis in 1..D {
         sum = sum + tensor[axis][axis];
@@ -297,7 +303,7 @@ fn quadratic<S: Simd, const D: usize>(
     mu: S::Lanes,
     twice: &[[S::Lanes; D]; D],
 ) -> (S::Lanes, [[S::Lanes; D]; D]) {
-    let trace = trace::<S, D>(twice);
+    let trace = trace(twice);
     let pressure = simd.splat(0.5) * lambda * trace;
     let (mut held, mut sheared) = (pressure * trace, simd.splat(0.0));
     let mut stress = *twice;
@@ -367,13 +373,13 @@ fn neo_hookean<const PLATE: bool, S: Simd, const D: usize>(
     let twice = twice_strain::<S, D>(gradient);
     let of_gradient = cofactors(simd, gradient);
     // J - 1 = tr H + tr cof H + det H, and cof F = (1 + tr H) I - H^T + cof H.
-    let spread = trace::<S, D>(gradient);
+    let spread = trace(gradient);
     let (growth, mut cofactors) = if D == 3 {
         let mut determinant = gradient[0][0] * of_gradient[0][0];
         for column in 1..D {
             determinant = gradient[0][column].mul_add(of_gradient[0][column], determinant);
         }
-        let growth = spread + (trace::<S, D>(&of_gradient) + determinant);
+        let growth = spread + (trace(&of_gradient) + determinant);
         let mut cofactors = of_gradient;
         for row in 0..D {
             for column in 0..D {
@@ -392,11 +398,11 @@ fn neo_hookean<const PLATE: bool, S: Simd, const D: usize>(
         (spread + determinant, cofactors)
     };
     let mut volume_change = ln_1p(simd, growth);
-    let (mut stretched, mut pressure) = (trace::<S, D>(&twice), lambda * volume_change);
+    let (mut stretched, mut pressure) = (trace(&twice), lambda * volume_change);
     if PLATE {
-        let across = square_across(simd, ratio, volume_change, growth);
+        let [across, thickening] = across_plate(simd, ratio, volume_change, one + growth);
         stretched = stretched + across;
-        volume_change = ln_1p(simd, across).mul_add(half, volume_change);
+        volume_change = volume_change + thickening;
         pressure = across.mul_sub_from(mu, simd.splat(0.0));
     }
     let held = mu * stretched.mul_add(half, simd.splat(0.0) - volume_change);
@@ -429,7 +435,10 @@ fn neo_hookean<const PLATE: bool, S: Simd, const D: usize>(
 
 /// The cofactors of a tensor.
 #[inline(always)]
-fn cofactors<S: Simd, const D: usize>(simd: S, tensor: &[[S::Lanes; D]; D]) -> [[S::Lanes; D]; D] {
+pub(crate) fn cofactors<S: Simd, const D: usize>(
+    simd: S,
+    tensor: &[[S::Lanes; D]; D],
+) -> [[S::Lanes; D]; D] {
     let mut cofactors = *tensor;
     if D == 3 {
         for row in 0..D {
@@ -453,34 +462,41 @@ fn cofactors<S: Simd, const D: usize>(simd: S, tensor: &[[S::Lanes; D]; D]) -> [
     cofactors
 }
 
-/// z = t^2 - 1 of the stretch t across a plate at which the law of Neo-Hooke has no stress: z + r (p + ln(1 + z)/2) = 0, with
-/// r = lambda/mu and p = ln J and J - 1 of the plane. Newton's method comes from one side only, since both starts lie on it:
-/// that of the tangent at rest, and z = J^-2 - 1, where all of the change of volume is undone.
+/// z = t^2 - 1 and ln t of the stretch t across a plate at which the law of Neo-Hooke has no stress: z + r (p + ln t) = 0, with
+/// r = lambda/mu, p = ln J and J of the plane. Newton's method starts with the tangent at rest, or where that is less with t = 1/J,
+/// which undoes all of a growing plane: for r > 0 both lie below, where it rises from step to step. Not a number where
+/// it does not end, since for r < 0 there may be no such stretch.
 #[inline(always)]
-fn square_across<S: Simd>(
+fn across_plate<S: Simd>(
     simd: S,
     ratio: S::Lanes,
     volume_change: S::Lanes,
-    growth: S::Lanes,
-) -> S::Lanes {
+    jacobian: S::Lanes,
+) -> [S::Lanes; 2] {
     let (zero, one, half) = (simd.splat(0.0), simd.splat(1.0), simd.splat(0.5));
     let target = ratio * volume_change;
     let half_ratio = half * ratio;
     let tangent = (zero - target) / (one + half_ratio);
-    let square = (one + growth) * (one + growth);
-    let undone = (one - square) / square;
-    let (mut z, mut moves) = (tangent.max(undone), simd.mask(u8::MAX));
+    let undoing = one / (jacobian * jacobian);
+    let undone = undoing - one;
+    let undoes = undone.above(tangent) & one.above(undoing);
+    // z loses the digits of a small t^2, and t^2 those of a small z.
+    let mut z = undone.or(undoes, tangent);
+    let mut square = undoing.or(undoes, one + tangent);
+    let mut moves = simd.mask(u8::MAX);
     for _ in 0..MOST_STEPS {
-        let beyond = half_ratio.mul_add(ln_1p(simd, z), z + target);
-        let square = one + z;
+        let beyond = half_ratio.mul_add(logarithm(simd, square, z), z + target);
         let step = beyond * square / (square + half_ratio);
         let size = step.max(zero - step);
+        // What is left is below the square of a step over t^2.
+        let goes_on = size.above(square * simd.splat(CLOSE));
         z = (z - step).or(moves, z);
-        // What is left is below the square of a step over 1 + z.
-        moves = moves & size.above(square * simd.splat(CLOSE));
+        square = (square - step).or(moves, square);
+        moves = moves & goes_on;
         if moves.bits() == 0 {
             break;
         }
     }
-    z
+    let z = simd.splat(f64::NAN).or(moves, z);
+    [z, logarithm(simd, square, z) * half]
 }

@@ -9,6 +9,7 @@ use super::hypoelastic::{NUMBERS, SPIN, STRAYED};
 use super::remember::TRIES;
 use super::{DISSIPATED, Deformation, ENERGY, Kind, Law, MEMORY, PENDING};
 use crate::families::LANES;
+use crate::kernel::elastic::{cofactors, trace};
 use crate::kernel::simd::{Kernel, Lanes, Mask, Simd, read_records};
 use crate::tensor::{Tensor, read, resized};
 
@@ -261,7 +262,7 @@ impl<F: Lanes> Memory<F> {
         let middle = each(gradient, &self.gradient, |now, before| (now + before) * half);
         let middle = plus(&middle, one);
         // l = increment F^-1 at the middle
-        let cofactors_there = cofactors(&middle);
+        let cofactors_there = cofactors(simd, &middle);
         let inverse = one / determinant(&middle, &cofactors_there);
         let rate = times(&product::<F, false, true>(&increment, &cofactors_there), inverse);
         let deforming = each(&rate, &transposed(&rate), |a, b| (a + b) * half);
@@ -271,7 +272,7 @@ impl<F: Lanes> Memory<F> {
         // q = p + (tr v I - v)^-1 z
         let twist = product::<F, false, false>(&deforming, &stretch);
         let rest = each(&plus(&[[zero; 3]; 3], trace(&stretch)), &stretch, |a, b| a - b);
-        let rest_cofactors = cofactors(&rest);
+        let rest_cofactors = cofactors(simd, &rest);
         let rest_inverse = one / determinant(&rest, &rest_cofactors);
         let z = axial(&twist, zero - one);
         let mut q = axial(&spinning, zero - half);
@@ -337,7 +338,7 @@ impl<F: Lanes> Memory<F> {
         next.stress = plus(&stress, pressure);
 
         // Back to the yield surface
-        let cofactors_now = cofactors(&full);
+        let cofactors_now = cofactors(simd, &full);
         let jacobian = determinant(&full, &cofactors_now);
         let deviator = plus(&next.stress, trace(&next.stress) * simd.splat(-1.0 / 3.0));
         let equal = (contracted(&deviator, &deviator) * simd.splat(1.5)).sqrt();
@@ -346,8 +347,8 @@ impl<F: Lanes> Memory<F> {
         if flows.bits() != 0 {
             let amount = beyond / (mu * simd.splat(3.0) + hardening);
             next.equivalent = self.equivalent + amount.only(flows);
-            let share = (amount * simd.splat(1.5) / equal).only(flows);
-            let flowed = times(&deviator, share);
+            let share = amount * simd.splat(1.5) / equal;
+            let flowed = each(&deviator, &deviator, |a, _| (a * share).only(flows));
             next.plastic_strain = each(&self.plastic_strain, &flowed, |a, b| a + b);
             next.stress = each(&next.stress, &flowed, |a, b| (mu + mu).mul_sub_from(b, a));
             let both = each(&self.stress, &next.stress, |a, b| a + b);
@@ -356,7 +357,7 @@ impl<F: Lanes> Memory<F> {
         }
 
         let full_before = plus(&self.gradient, one);
-        let cofactors_before = cofactors(&full_before);
+        let cofactors_before = cofactors(simd, &full_before);
         let jacobian_before = determinant(&full_before, &cofactors_before);
         let rotation_before = plus(&self.rotation, one);
         let before =
@@ -443,11 +444,6 @@ fn plus<F: Lanes>(a: &Lanewise<F>, number: F) -> Lanewise<F> {
 }
 
 #[inline(always)]
-fn trace<F: Lanes>(a: &Lanewise<F>) -> F {
-    a[0][0] + a[1][1] + a[2][2]
-}
-
-#[inline(always)]
 fn transposed<F: Lanes>(a: &Lanewise<F>) -> Lanewise<F> {
     let mut result = *a;
     for row in 0..3 {
@@ -483,20 +479,6 @@ fn contracted<F: Lanes>(a: &Lanewise<F>, b: &Lanewise<F>) -> F {
         sum = a[k / 3][k % 3].mul_add(b[k / 3][k % 3], sum);
     }
     sum
-}
-
-#[inline(always)]
-fn cofactors<F: Lanes>(a: &Lanewise<F>) -> Lanewise<F> {
-    let mut result = *a;
-    for row in 0..3 {
-        let (below, above) = ((row + 1) % 3, (row + 2) % 3);
-        for column in 0..3 {
-            let (right, left) = ((column + 1) % 3, (column + 2) % 3);
-            let first = a[below][right] * a[above][left];
-            result[row][column] = a[below][left].mul_sub_from(a[above][right], first);
-        }
-    }
-    result
 }
 
 #[inline(always)]

@@ -43,18 +43,20 @@ pub(super) fn answer<const D: usize>(law: &Law, deformation: &Deformation<D>) ->
 }
 
 /// Logarithm x of the stretch of the free directions: e^2x - 1 + ratio (in_plane + free x) = 0, which grows
-/// with x.
+/// with x where ratio >= 0. Not a number where none is found.
 pub(super) fn free_stretch(ratio: f64, in_plane: f64, free: f64) -> f64 {
-    let mut x = -ratio * in_plane / (2.0 + ratio * free);
+    let (mut x, mut last) = (-ratio * in_plane / (2.0 + ratio * free), f64::INFINITY);
     for _ in 0..50 {
         let value = (2.0 * x).exp_m1() + ratio * (in_plane + free * x);
         let step = value / (2.0 * (2.0 * x).exp() + ratio * free);
         x -= step;
         if step.abs() <= 1e-16 * (1.0 + x.abs()) {
-            break;
+            return x;
         }
+        last = step.abs();
     }
-    x
+    // Rounding may go on; with lambda < 0 there may be no such stretch.
+    if last <= 1e-9 * (1.0 + x.abs()) { x } else { f64::NAN }
 }
 
 /// J in the directions spanned: negative where a deformation of the whole body is turned inside out.

@@ -245,3 +245,33 @@ fn laws_with_memory_settle_as_one_by_one() {
         }
     }
 }
+
+/// A plate in plane stress that is drawn beyond all measure, and one that resists nothing across: lambda < 0, far pressed.
+#[test]
+fn what_lies_across_a_plate_is_found_in_lanes_or_refused_as_one_by_one() {
+    let stretched = |along: f64, across: f64| [[along - 1.0, 0.0], [0.0, across - 1.0]];
+    for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+        let answers = |ratio: f64, stretches: [f64; 2]| {
+            let law = law("neo_hookean", Some("stress"), ratio);
+            let gradient: Tensor<2> = stretched(stretches[0], stretches[1]);
+            let laws = [law.in_lanes(2).unwrap(); 8];
+            let ask = Ask { laws: &laws, gradients: &[gradient; 8], weight: 1.0 };
+            let (energy, stress) = level.run(ask).0[0];
+            let expected = law.answer(&Deformation::whole(&gradient));
+            [(energy, stress[0][0]), (expected.energy, expected.stress[0][0])]
+        };
+        for ratio in [0.0, 0.3, 0.49] {
+            for stretches in [[30.0, 30.0], [2e4, 2e4], [1e6, 1e6], [1e10, 1.0], [0.01, 0.02]] {
+                let [found, expected] = answers(ratio, stretches);
+                let name = format!("{level:?} {ratio} {stretches:?}: {found:?} {expected:?}");
+                assert!((found.0 - expected.0).abs() < 1e-9 * expected.0.abs(), "{name}");
+                assert!((found.1 - expected.1).abs() < 1e-9 * expected.1.abs(), "{name}");
+            }
+        }
+        for (ratio, stretch) in [(-0.3, 0.3), (-0.6, 0.7)] {
+            let [found, expected] = answers(ratio, [stretch; 2]);
+            assert!(found.0.is_nan() && found.1.is_nan(), "{level:?} {ratio}: {found:?}");
+            assert!(expected.0.is_nan() && expected.1.is_nan(), "{ratio}: {expected:?}");
+        }
+    }
+}

@@ -185,8 +185,13 @@ const EXPONENT_OF_ONE: f64 = 4_503_599_627_370_496.0 + 1023.0;
 /// ln(1 + z) to the last bits, also where z is small, of normal 1 + z; not a number where 1 + z is not positive.
 #[inline(always)]
 pub(crate) fn ln_1p<S: Simd>(simd: S, z: S::Lanes) -> S::Lanes {
+    logarithm(simd, simd.splat(1.0) + z, z)
+}
+
+/// The same of 1 + z and z, each with all its digits.
+#[inline(always)]
+pub(crate) fn logarithm<S: Simd>(simd: S, x: S::Lanes, z: S::Lanes) -> S::Lanes {
     let (zero, one, two) = (simd.splat(0.0), simd.splat(1.0), simd.splat(2.0));
-    let x = one + z;
     let (mantissa, exponent) = x.parts();
     // 1 + z has lost digits of a small z.
     let rest = (mantissa - one).or((exponent * exponent).above(zero), z);
