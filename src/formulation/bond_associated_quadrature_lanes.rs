@@ -269,20 +269,6 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
     }
 }
 
-/// What is to be done with the law of all points, or those of points, where they are ones for lanes; else what there is for others.
-macro_rules! by_laws {
-    (($baqp:ident, $scene:expr), $law:ident => $with:expr, _ => $else:expr) => {
-        match ($baqp.laws.quadratic(), $baqp.laws_of_points()) {
-            (Some($law), _) => $with,
-            (None, Some($law)) => $with,
-            (None, None) => match $baqp.answered($scene) {
-                Some($law) => $with,
-                None => $else,
-            },
-        }
-    };
-}
-
 impl Baqp {
     /// What the first pass leaves of a point.
     pub(super) fn prepared<const D: usize>(
@@ -303,10 +289,7 @@ impl Baqp {
         kept: &Points<'_>,
         (force, left): (&mut [f64], &mut [[f64; C]]),
     ) {
-        let then = |swept: &Swept<'_, D, D>| {
-            let others = || debug_assert!(false, "lattices are of laws for lanes");
-            by_laws!((self, swept.body.scene), law => swept.forces(law, force, left), _ => others());
-        };
+        let then = |swept: &Swept<'_, D, D>| self.forces_by_laws(swept, force, left);
         self.with_answers(sweep, gradients, kept, (&mut [], false), |_| true, then);
     }
 
@@ -335,6 +318,22 @@ impl Baqp {
             }
         });
         kept
+    }
+
+    /// The second sweep, by the law of all points, those of points, or what laws have answered.
+    fn forces_by_laws<const D: usize, const SIZE: usize, const C: usize>(
+        &self,
+        swept: &Swept<'_, D, SIZE>,
+        force: &mut [f64],
+        left: &mut [[f64; C]],
+    ) {
+        let answered = self.answered(swept.body.scene);
+        match (self.laws.quadratic(), self.laws_of_points(), answered) {
+            (Some(law), ..) => swept.forces(law, force, left),
+            (None, Some(law), _) => swept.forces(law, force, left),
+            (None, None, Some(law)) => swept.forces(law, force, left),
+            (None, None, None) => swept.forces(self.bond_law(swept.body), force, left),
+        }
     }
 
     /// What laws with memory have answered, if all points have one.
@@ -367,10 +366,7 @@ impl Baqp {
         let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, breaking, |_| true);
         let scene = &in_lanes::remaining(scene, breaking);
         let sweep = Sweep { scene, ..sweep };
-        let then = |swept: &Swept<'_, D, SIZE>| {
-            let others = self.bond_law(swept.body);
-            by_laws!((self, swept.body.scene), law => swept.forces(law, force, left), _ => swept.forces(others, force, left));
-        };
+        let then = |swept: &Swept<'_, D, SIZE>| self.forces_by_laws(swept, force, left);
         self.with_answers(sweep, gradients, kept, (room.records, false), |_| true, then);
         pull::<D, C>(sweep, left, force)
     }
@@ -394,13 +390,13 @@ impl Baqp {
         }
         let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, &mut None, passed);
         let dissipated = part == EnergyPart::Plastic;
-        let then = |swept: &Swept<'_, D, SIZE>| {
-            let others = self.bond_law(swept.body);
-            by_laws!(
-                (self, swept.body.scene),
-                law => swept.energies(law, density, wanted),
-                _ => swept.energies(others, density, wanted)
-            );
+        let then = |swept: &Swept<'_, D, SIZE>| match (
+            self.laws_of_points(),
+            self.answered(swept.body.scene),
+        ) {
+            (Some(law), _) => swept.energies(law, density, wanted),
+            (None, Some(law)) => swept.energies(law, density, wanted),
+            (None, None) => swept.energies(self.bond_law(swept.body), density, wanted),
         };
         self.with_answers(sweep, gradients, kept, (room.records, dissipated), passed, then);
         true
@@ -422,16 +418,11 @@ impl Baqp {
         let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, &mut None, |_| true);
         let values = PerPoint(values, width);
         let then = |swept: &Swept<'_, D, SIZE>| {
-            let others = self.bond_law_across(swept.body);
-            if D < 3 {
-                return swept.fields(others, values, read);
-            }
             // Nothing lies across a body in space.
-            by_laws!(
-                (self, swept.body.scene),
-                law => swept.fields(law, values, read),
-                _ => swept.fields(others, values, read)
-            );
+            match self.laws_of_points().filter(|_| D == 3) {
+                Some(law) => swept.fields(law, values, read),
+                None => swept.fields(self.bond_law_across(swept.body), values, read),
+            }
         };
         self.with_answers(sweep, gradients, kept, (room.records, false), |_| true, then);
         true
