@@ -27,6 +27,7 @@ use crate::error::Result;
 use crate::families::lattice::LatticeUse;
 use crate::kernel::elastic::ElasticLaw;
 use crate::kernel::quadrature::LawsOfPoints;
+use crate::kernel::simd::SimdLevel;
 use crate::material::{Across, Answer, Deformation};
 use crate::memory;
 use crate::model::Model;
@@ -300,9 +301,10 @@ impl Baqp {
     /// The laws of points, if all are ones for lanes.
     pub(super) fn laws_of_points(
         &self,
+        level: SimdLevel,
     ) -> Option<LawsOfPoints<impl Fn(usize) -> ElasticLaw + Copy + Sync>> {
         let is_common = self.laws.are_common();
-        self.laws.of_points().map(|of| LawsOfPoints { of, is_common })
+        self.laws.of_points().map(|of| LawsOfPoints { of, is_common, level })
     }
 }
 

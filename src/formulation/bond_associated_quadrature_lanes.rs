@@ -327,8 +327,9 @@ impl Baqp {
         force: &mut [f64],
         left: &mut [[f64; C]],
     ) {
-        let answered = self.answered(swept.body.scene);
-        match (self.laws.quadratic(), self.laws_of_points(), answered) {
+        let scene = swept.body.scene;
+        let laws = self.laws_of_points(scene.simd);
+        match (self.laws.quadratic(), laws, self.answered(scene)) {
             (Some(law), ..) => swept.forces(law, force, left),
             (None, Some(law), _) => swept.forces(law, force, left),
             (None, None, Some(law)) => swept.forces(law, force, left),
@@ -391,7 +392,7 @@ impl Baqp {
         let kept = &self.swept_gradients::<D, SIZE>(sweep, gradients, &mut None, passed);
         let dissipated = part == EnergyPart::Plastic;
         let then = |swept: &Swept<'_, D, SIZE>| match (
-            self.laws_of_points(),
+            self.laws_of_points(scene.simd),
             self.answered(swept.body.scene),
         ) {
             (Some(law), _) => swept.energies(law, density, wanted),
@@ -419,7 +420,7 @@ impl Baqp {
         let values = PerPoint(values, width);
         let then = |swept: &Swept<'_, D, SIZE>| {
             // Nothing lies across a body in space.
-            match self.laws_of_points().filter(|_| D == 3) {
+            match self.laws_of_points(scene.simd).filter(|_| D == 3) {
                 Some(law) => swept.fields(law, values, read),
                 None => swept.fields(self.bond_law_across(swept.body), values, read),
             }

@@ -57,7 +57,8 @@ impl Correspondence {
                 NOBODY => ElasticLaw::NONE,
                 member => of_points(member as usize),
             };
-            scene.simd.run(AskEach { laws: &std::array::from_fn(law), lanes, gradients });
+            let (laws, energies) = (&[std::array::from_fn(law)], &mut [0.0; LANES]);
+            scene.simd.run(AskEach { laws, lanes, gradients, energies });
         };
         let any_odd = Cell::new(false);
         let first = |parts: &mut Parts<'_, D, N>| {

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::simd::{Kernel, Lanes, Mask, Simd, ln_1p, logarithm};
+use super::simd::{Kernel, Lanes, Mask, Simd, SimdLevel, ln_1p, logarithm};
 use crate::families::LANES;
 
 /// The step of Newton's method for what lies across a plate, as a part of t^2, after which nothing is left to be done.
@@ -37,11 +37,13 @@ pub(crate) struct SaintVenantKirchhoff {
     pub(crate) mu: f64,
 }
 
-/// Puts the stresses of some lanes in the place of their displacement gradients, by the law of each.
+/// Puts stresses in the place of the displacement gradients of some lanes, and energies: the means of what laws answer, which
+/// each lane has of its own. Called where a loop is not to be filled with all sorts of laws.
 pub(crate) struct AskEach<'a, const D: usize> {
-    pub(crate) laws: &'a [ElasticLaw; LANES],
+    pub(crate) laws: &'a [[ElasticLaw; LANES]],
     pub(crate) lanes: Range<usize>,
     pub(crate) gradients: &'a mut [[[f64; LANES]; D]; D],
+    pub(crate) energies: &'a mut [f64; LANES],
 }
 
 impl<const D: usize> Kernel for AskEach<'_, D> {
@@ -49,7 +51,8 @@ impl<const D: usize> Kernel for AskEach<'_, D> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { laws, lanes, gradients } = self;
+        let Self { laws, lanes, gradients, energies } = self;
+        let share = simd.splat(1.0 / laws.len() as f64);
         for lane in lanes.step_by(S::WIDTH) {
             let mut gradient = [[simd.splat(0.0); D]; D];
             for row in 0..D {
@@ -57,14 +60,49 @@ impl<const D: usize> Kernel for AskEach<'_, D> {
                     gradient[row][column] = simd.load(&gradients[row][column][lane..]);
                 }
             }
-            let (_, stress) = ElasticLaw::of_each(simd, &laws[lane..], &gradient);
+            let (mut sum, mut sums) = (simd.splat(0.0), [[simd.splat(0.0); D]; D]);
+            for laws in laws {
+                let (held, stress) = ElasticLaw::of_each(simd, &laws[lane..], &gradient);
+                sum = held.mul_add(share, sum);
+                for row in 0..D {
+                    for column in 0..D {
+                        sums[row][column] = stress[row][column].mul_add(share, sums[row][column]);
+                    }
+                }
+            }
+            sum.store(&mut energies[lane..]);
             for row in 0..D {
                 for column in 0..D {
-                    stress[row][column].store(&mut gradients[row][column][lane..]);
+                    sums[row][column].store(&mut gradients[row][column][lane..]);
                 }
             }
         }
     }
+}
+
+/// The same of lanes, called.
+#[inline(always)]
+fn asked<S: Simd, const D: usize>(
+    simd: S,
+    level: SimdLevel,
+    laws: &[[ElasticLaw; LANES]],
+    gradient: &[[S::Lanes; D]; D],
+) -> (S::Lanes, [[S::Lanes; D]; D]) {
+    let (mut gradients, mut energies) = ([[[0.0; LANES]; D]; D], [0.0; LANES]);
+    for row in 0..D {
+        for column in 0..D {
+            gradient[row][column].store(&mut gradients[row][column]);
+        }
+    }
+    let (lanes, energies) = (0..S::WIDTH, &mut energies);
+    level.run(AskEach { laws, lanes, gradients: &mut gradients, energies });
+    let mut stress = *gradient;
+    for row in 0..D {
+        for column in 0..D {
+            stress[row][column] = simd.load(&gradients[row][column]);
+        }
+    }
+    (simd.load(energies), stress)
 }
 
 /// A law of all lanes.
@@ -161,13 +199,25 @@ impl ElasticLaw {
     #[inline(always)]
     pub(super) fn with_each<S: Simd, const D: usize>(
         self,
-        simd: S,
+        (simd, level): (S, SimdLevel),
         others: Option<&[Self; LANES]>,
         gradient: &[[S::Lanes; D]; D],
     ) -> (S::Lanes, [[S::Lanes; D]; D]) {
-        let Some(others) = others else {
-            return self.elasticity.answer(simd, &Constants::all(simd, self), gradient);
-        };
+        let mut constants = Constants::all(simd, self);
+        if let Some(others) = others {
+            let (laws, linear) = self.beside::<S>(others);
+            if !linear {
+                return asked(simd, level, &laws, gradient);
+            }
+            constants = Constants::each(simd, &laws[0]);
+        }
+        self.elasticity.answer(simd, &constants, gradient)
+    }
+
+    /// Laws of both ends, one of each a lane, and whether they are the same at both: the law of the mean constants where that
+    /// is the mean of both.
+    #[inline(always)]
+    fn beside<S: Simd>(self, others: &[Self; LANES]) -> ([[Self; LANES]; 2], bool) {
         // Lane by lane, so that a bond has the same bits at both ends, whatever stands beside it there.
         let (mut laws, mut linear) = ([[self; LANES], *others], true);
         for lane in 0..S::WIDTH {
@@ -181,22 +231,7 @@ impl ElasticLaw {
                 linear = false;
             }
         }
-        if linear {
-            let constants = Constants::each(simd, &laws[0]);
-            return self.elasticity.answer(simd, &constants, gradient);
-        }
-        let half = simd.splat(0.5);
-        let (mut sum, mut sums) = (simd.splat(0.0), [[simd.splat(0.0); D]; D]);
-        for laws in &laws {
-            let (held, stress) = Self::of_each(simd, laws, gradient);
-            sum = held.mul_add(half, sum);
-            for row in 0..D {
-                for column in 0..D {
-                    sums[row][column] = stress[row][column].mul_add(half, sums[row][column]);
-                }
-            }
-        }
-        (sum, sums)
+        (laws, linear)
     }
 
     /// Energy and stress of displacement gradients by the law of each lane.

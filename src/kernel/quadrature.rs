@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use super::elastic::{ElasticLaw, LaneLaw, SaintVenantKirchhoff};
 use super::family::{Family, Table};
-use super::simd::{Kernel, Lanes, Simd, read_records};
+use super::simd::{Kernel, Lanes, Simd, SimdLevel, read_records};
 use crate::families::LANES;
 
 /// A law that is asked at bonds.
@@ -30,6 +30,7 @@ pub(crate) struct LawsOfPoints<F> {
     pub(crate) of: F,
     /// Whether it is one law for all.
     pub(crate) is_common: bool,
+    pub(crate) level: SimdLevel,
 }
 
 /// What a law with memory has answered at the slots of bonds.
@@ -382,13 +383,13 @@ impl<F: Fn(usize) -> ElasticLaw, const D: usize> BondLaw<D> for LawsOfPoints<F> 
         }
         let own = (self.of)(point);
         if self.is_common {
-            return own.with_each(simd, None, &gradient);
+            return own.with_each((simd, self.level), None, &gradient);
         }
         let mut others = [own; LANES];
         for (other, &name) in others.iter_mut().zip(family.names::<S>(slot)) {
             *other = (self.of)(name as usize);
         }
-        own.with_each(simd, Some(&others), &gradient)
+        own.with_each((simd, self.level), Some(&others), &gradient)
     }
 }
 
