@@ -269,7 +269,6 @@ impl Correspondence {
         kept.odd::<D, SIZE, _>(scene, outputs, |point, _, record| {
             if wanted(point) {
                 let deformation = deformation_at(body, point, self.order);
-                record.0.copy_from_slice(laws.committed(scene, point));
                 laws.remember_at(scene, (point, point), &deformation, record.0);
             }
         });

@@ -204,12 +204,7 @@ impl Laws {
         Kinematics::new(deformation, &answer.stress, across).with_plastic(plastic)
     }
 
-    /// The committed record of a site.
-    pub(super) fn committed<'a>(&self, scene: &Scene<'a>, site: usize) -> &'a [f64] {
-        &scene.bonds.records[site * self.width..(site + 1) * self.width]
-    }
-
-    /// Makes the record of a site, which is a copy of the committed one.
+    /// Makes the record of a site from the committed one.
     pub(super) fn remember_at<const D: usize>(
         &self,
         scene: &Scene<'_>,
@@ -217,7 +212,8 @@ impl Laws {
         deformation: &Deformation<D>,
         new: &mut [f64],
     ) {
-        let old = self.committed(scene, site);
+        let old = &scene.bonds.records[site * self.width..(site + 1) * self.width];
+        new.copy_from_slice(old);
         self.at(point).remember(deformation, old, new, scene.flows);
     }
 
@@ -229,8 +225,9 @@ impl Laws {
         deformation: &Deformation<D>,
         new: &mut [f64],
     ) {
-        let old = self.committed(scene, site);
-        self.at(point).defer(deformation, old, new, scene.flows);
+        if !self.at(point).defer(deformation, new) {
+            self.remember_at(scene, (point, site), deformation, new);
+        }
     }
 
     /// Asks what waits in the records of sites, in lanes; `point`: that of each, counted from the first of them.

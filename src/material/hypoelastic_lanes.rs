@@ -22,21 +22,19 @@ const DEFERRED_PLATE: f64 = 3.0;
 type Lanewise<F> = [[F; 3]; 3];
 
 impl Law {
-    /// Puts a deformation into the record `new` for [`Settle`], whatever it holds; or answers it at once.
+    /// Puts a deformation into the record `new` for [`Settle`], whatever it holds; gives whether the law is one for it.
     pub(crate) fn defer<const D: usize>(
         &self,
         deformation: &Deformation<D>,
-        old: &[f64],
         new: &mut [f64],
-        flows: bool,
-    ) {
+    ) -> bool {
         if !matches!(self.kind, Kind::Hypoelastic(_)) || deformation.rank < D {
-            new.copy_from_slice(old);
-            return self.remember(deformation, old, new, flows);
+            return false;
         }
         let gradient: Tensor<3> = resized(&deformation.gradient);
         new[MEMORY..MEMORY + 9].copy_from_slice(gradient.as_flattened());
         new[PENDING] = if self.free[D] > 0 { DEFERRED_PLATE } else { DEFERRED };
+        true
     }
 }
 
