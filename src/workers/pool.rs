@@ -6,7 +6,7 @@
 use std::any::Any;
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread::JoinHandle;
 
@@ -22,6 +22,8 @@ const LOOKS: u32 = 2000;
 pub(super) struct Pool {
     shared: Arc<Shared>,
     handles: Vec<JoinHandle<()>>,
+    /// Looks of a caller before it sleeps.
+    patience: AtomicU32,
     /// Held by the caller whose job the threads run.
     entry: Mutex<()>,
 }
@@ -34,7 +36,9 @@ struct Shared {
     finished: Condvar,
     /// Number of jobs so far: what waiting threads look at.
     jobs: AtomicU64,
-    /// Looks at `jobs` before sleeping; none when there are more threads than cores.
+    /// Number of jobs that all threads have done: what a waiting caller looks at.
+    done: AtomicU64,
+    /// Looks before sleeping; none when there are more threads than cores.
     looks: u32,
 }
 
@@ -65,10 +69,12 @@ impl Pool {
             changed: Condvar::new(),
             finished: Condvar::new(),
             jobs: AtomicU64::new(0),
+            done: AtomicU64::new(0),
             looks: if threads <= cores { LOOKS } else { 0 },
         });
         let handles = memory::reserved(threads - 1, "threads")?;
-        let mut pool = Self { shared, handles, entry: Mutex::new(()) };
+        let mut pool =
+            Self { patience: AtomicU32::new(shared.looks), shared, handles, entry: Mutex::new(()) };
         for number in 1..threads {
             let shared = Arc::clone(&pool.shared);
             let thread = std::thread::Builder::new().name(format!("perion-worker-{number}"));
@@ -93,15 +99,17 @@ impl Pool {
         // SAFETY: only the lifetime changes; the pointer is not used after this function, which does not
         // end before all threads are done with it.
         let pointer: *const (dyn Fn() + Sync + 'static) = unsafe { std::mem::transmute(pointer) };
-        {
+        let number = {
             let mut orders = self.shared.lock();
             orders.job = Some(Job(pointer));
             orders.working = self.handles.len();
             orders.number += 1;
             self.shared.jobs.store(orders.number, Ordering::Release);
-        }
+            orders.number
+        };
         self.shared.changed.notify_all();
         let own = catch_unwind(AssertUnwindSafe(job));
+        self.wait_awake(number);
         let mut orders = self.shared.lock();
         while orders.working > 0 {
             orders = wait(&self.shared.finished, orders);
@@ -113,6 +121,15 @@ impl Pool {
         if let Some(payload) = panic {
             resume_unwind(payload);
         }
+    }
+
+    /// Waits awake until a job is done, or for a while: shorter after it was in vain, as where others keep the cores busy and a
+    /// thread that waits takes the time of one that works.
+    fn wait_awake(&self, job: u64) {
+        let looks = self.patience.load(Ordering::Relaxed);
+        let is_done = Shared::look(looks, || self.shared.done.load(Ordering::Acquire) >= job);
+        let next = if is_done { 2 * looks + 1 } else { looks / 4 };
+        self.patience.store(next.min(self.shared.looks), Ordering::Relaxed);
     }
 
     /// `count` copies of `value`, written by all threads: the system gives a page to the thread that touches it first, and
@@ -168,19 +185,26 @@ impl Shared {
             }
             orders.working -= 1;
             if orders.working == 0 {
+                self.done.store(number, Ordering::Release);
                 self.finished.notify_one();
             }
         }
     }
 
-    /// The first job after number `done`, or `None` at the end.
-    fn next(&self, done: u64) -> Option<(Job, u64)> {
-        for _ in 0..self.looks {
-            if self.jobs.load(Ordering::Acquire) != done {
-                break;
+    /// Looks until what is wanted has come, but only so many times; whether it has.
+    fn look(looks: u32, has_come: impl Fn() -> bool) -> bool {
+        for _ in 0..looks {
+            if has_come() {
+                return true;
             }
             std::hint::spin_loop();
         }
+        has_come()
+    }
+
+    /// The first job after number `done`, or `None` at the end.
+    fn next(&self, done: u64) -> Option<(Job, u64)> {
+        Self::look(self.looks, || self.jobs.load(Ordering::Acquire) != done);
         let mut orders = self.lock();
         loop {
             if orders.ended {
