@@ -185,7 +185,8 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
                 let own = if odd {
                     self.odd(point, kept, left)
                 } else {
-                    let own = leave(record, through, kept.rows(), kept, left);
+                    let kept = (self.baqp.weights.horizons.at(point), kept);
+                    let own = leave(record, through, kept.1.rows(), kept, left);
                     std::array::from_fn(|axis| straight[axis] + own[axis])
                 };
                 forces[at] = own;
@@ -206,6 +207,7 @@ impl<const D: usize, const SIZE: usize> Swept<'_, D, SIZE> {
             self.baqp.single_bonds(&self.body, point, |point| self.left(point));
         let numbers = self.left(point);
         let (rows, _) = numbers[before_rows(D)..].as_chunks();
+        let kept = (self.baqp.weights.horizons.at(point), kept);
         let pulled = leave(&self.records[point], &through, rows, kept, left);
         std::array::from_fn(|axis| straight[axis] + pulled[axis])
     }
@@ -302,7 +304,7 @@ impl Baqp {
         wanted: impl Fn(usize) -> bool + Sync,
     ) -> Points<'_> {
         let kept = self.kept.sweep::<D, SIZE, _>(
-            Order { order: self.order, looks_twice: true },
+            Order { order: self.order, counts_volumes: false },
             sweep,
             breaking,
             PerPoint(&mut *gradients, 1),

@@ -86,7 +86,7 @@ impl Baqp {
         });
         let rule = breaking.as_ref().map(|breaking| breaking.rule);
         let on = OnLattice::breaking(scene, (lattice, &rows.state), rule, resting);
-        let order = Order { order: self.order, looks_twice: true };
+        let order = Order { order: self.order, counts_volumes: false };
         let any_odd = Cell::new(false);
         // Members have bonds with those, too.
         let odd_beyond = beyond.as_ref().is_some_and(|beyond| beyond.kept.any_odd());

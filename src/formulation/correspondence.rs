@@ -273,11 +273,7 @@ impl Passes for Correspondence {
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
-        // A penalty counts volumes, and weighs bonds at one end for both.
-        let fits = !self.is_stabilised() || self.weights.follow_length(scene).is_some();
-        if fits {
-            self.kept.refer_to(scene, &self.weights, self.order)?;
-        }
+        self.kept.refer_to(scene, &self.weights, self.order)?;
         if let Some(lattice) = &scene.families.lattice {
             self.lattice = Some(LatticeRows::new(scene, lattice, scene.dimension.pow(2))?);
         }

@@ -55,7 +55,10 @@ impl Pulls<'_> {
                 left[..D * D].copy_from_slice(answer.stress.as_flattened());
                 [0.0; D]
             }
-            None => leave(record, &answer.stress, rows, kept, left),
+            None => {
+                let kept = (self.correspondence.weights.horizons.at(point), kept);
+                leave(record, &answer.stress, rows, kept, left)
+            }
             Some([penalty, seen]) => {
                 let pulled = product(&answer.stress, &read(rows.as_flattened()));
                 let operator = difference(&pulled, &product(&penalty, &seen));
@@ -118,7 +121,8 @@ impl Correspondence {
     }
 
     pub(super) fn order(&self) -> Order {
-        Order { order: self.order, looks_twice: true }
+        let counts_volumes = self.is_stabilised();
+        Order { order: self.order, counts_volumes }
     }
 
     /// C of a point whose family spans the body.

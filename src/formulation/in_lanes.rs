@@ -48,7 +48,7 @@ pub(super) fn omega<'a>(scene: &Scene<'a>, weights: &'a Weights) -> Option<Omega
     };
     let [own, back] = [0, 1].map(|end| kept.map(|of| of[end]));
     let each = (own.is_some() || integrity.is_some()).then_some(EachBond { own, back, integrity });
-    Some(Omega { influence, dimension, horizon, each })
+    Some(Omega { influence, dimension, horizon, horizons: &weights.horizons, each })
 }
 
 /// The numbers from the first that begins a line of the cache.

@@ -13,7 +13,6 @@ use super::in_lanes::{HowTheyBreak, Which};
 use super::{Scene, in_lanes};
 use crate::damage::Breaking;
 use crate::error::Result;
-use crate::families::Property;
 use crate::kernel::collocation::Collocation;
 use crate::kernel::family::{Family, Omega, Record, Table};
 use crate::kernel::gradient::{
@@ -44,8 +43,8 @@ struct Store {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Order {
     pub(super) order: usize,
-    /// Gradients whose rounding is worth it are made in two steps.
-    pub(super) looks_twice: bool,
+    /// sum V is asked for.
+    pub(super) counts_volumes: bool,
 }
 
 /// What is kept of a point.
@@ -58,7 +57,7 @@ impl<'a, const D: usize, const SIZE: usize> Point<'a, D, SIZE> {
         self.0[1]
     }
 
-    /// sum V
+    /// sum V, where the order counts volumes.
     pub(super) fn volume(&self) -> f64 {
         self.0[2]
     }
@@ -106,9 +105,7 @@ impl KeptRows {
         order: usize,
     ) -> Result<()> {
         let kept = self.kept.get_mut().unwrap_or_else(PoisonError::into_inner);
-        // Monomials of second order are over one horizon.
-        let several = order > 1 && !matches!(weights.horizons, Property::Uniform(_));
-        if several || in_lanes::omega(scene, weights).is_none() {
+        if in_lanes::omega(scene, weights).is_none() {
             return Ok(());
         }
         let each = kept_width(scene.dimension, width(order, scene.dimension));
@@ -142,13 +139,17 @@ impl KeptRows {
         let mut guard = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         let Store { numbers, masks: kept_masks, grades } = &mut *guard;
         let Sweep { scene, omega, resting, after, which, .. } = sweep;
-        let (horizon, each) = (omega.horizon, kept_width(D, SIZE));
+        let (horizons, each) = (omega.horizons, kept_width(D, SIZE));
         if std::mem::replace(grades, scene.bonds.grades) != scene.bonds.grades {
             numbers.iter_mut().step_by(each).for_each(|kind| *kind = NOTHING_KEPT);
         }
         let family = sweep.family();
-        let keep = |moments: &Moments, kept: &mut [f64]| {
-            keep::<D, SIZE>(order, horizon, moments, kept);
+        let parts = order.counts_volumes && !scene.families.reach.is_sharp_and_uniform();
+        let keep = |point: usize, masks: &[u8], moments: &Moments, kept: &mut [f64]| {
+            keep::<D, SIZE>(order, horizons.at(point), moments, kept);
+            if parts {
+                kept[2] = volume_of(scene, point, masks);
+            }
         };
         let any_odd = AtomicBool::new(false);
         let (masks, how) = HowTheyBreak::if_any(scene, breaking, resting);
@@ -172,7 +173,7 @@ impl KeptRows {
                 };
                 let sweep = GradientSweep::<D, SIZE> {
                     family,
-                    horizon,
+                    horizons,
                     range,
                     breaking,
                     kept,
@@ -230,6 +231,14 @@ impl Points<'_> {
     }
 }
 
+/// sum V of the parts of volumes in a point's own family, of bonds in the masks of its blocks.
+fn volume_of(scene: &Scene<'_>, point: usize, masks: &[u8]) -> f64 {
+    let (families, places) = (scene.families, scene.places);
+    let first = families.blocks(point).start;
+    let bonds = families.bonds_in(point, |block| masks[block - first]);
+    bonds.map(|bond| families.share(point, bond) * places[bond.neighbor][3]).sum()
+}
+
 /// Makes what is kept of a point.
 pub(super) fn keep<const D: usize, const SIZE: usize>(
     order: Order,
@@ -240,7 +249,7 @@ pub(super) fn keep<const D: usize, const SIZE: usize>(
     let gradient = Gradient::<D>::new(order.order, &moments.products, horizon);
     let kind = match gradient.shape.rank {
         rank if rank < D => Kind::Odd,
-        _ if gradient.steep && order.looks_twice => Kind::Steep,
+        _ if gradient.steep => Kind::Steep,
         _ => Kind::Even,
     };
     kept[0] = kind.number();
@@ -253,18 +262,19 @@ pub(super) fn keep<const D: usize, const SIZE: usize>(
     sums.copy_from_slice(&moments.sums[..SIZE]);
 }
 
-/// Leaves for the second sweep what bonds pull that the gradient of a point is taken of: its place and V S times its
-/// rows. Gives what they pull at the point itself.
+/// Leaves for the second sweep what bonds pull that the gradient of a point is taken of: its place, 1 over its horizon and V S
+/// times its rows. Gives what they pull at the point itself.
 #[inline(always)]
 pub(super) fn leave<const D: usize, const SIZE: usize, const C: usize>(
     record: &Record,
     stress: &Tensor<D>,
     rows: &[[f64; SIZE]],
-    kept: Point<'_, D, SIZE>,
+    (horizon, kept): (f64, Point<'_, D, SIZE>),
     left: &mut [f64; C],
 ) -> Vector<D> {
     *left = [0.0; C];
     left[..3].copy_from_slice(&record[..3]);
+    left[3] = 1.0 / horizon;
     let (mut own, sums) = ([0.0; D], kept.sums());
     for axis in 0..D {
         for column in 0..SIZE {
@@ -309,10 +319,10 @@ pub(super) fn pull<const D: usize, const C: usize>(
     left: &[[f64; C]],
     force: &mut [f64],
 ) -> Option<usize> {
-    let (family, horizon) = (sweep.family(), sweep.omega.horizon);
+    let family = sweep.family();
     let table = Table::new(&family, left);
     sweep.gather::<D>(force, |family, range, force| {
-        sweep.scene.simd.run(GradientPull::<D, C> { family, table, horizon, range, force })
+        sweep.scene.simd.run(GradientPull::<D, C> { family, table, range, force })
     })
 }
 
@@ -337,10 +347,11 @@ pub(super) fn collocate<const D: usize, const SIZE: usize, const C: usize>(
     operators: impl Fn(usize) -> ([[f64; SIZE]; D], Tensor<D>) + Sync,
     force: &mut [f64],
 ) -> Option<usize> {
-    let (family, horizon) = (sweep.family(), sweep.omega.horizon);
+    let (family, horizons) = (sweep.family(), sweep.omega.horizons);
     let (table, operators) = (Table::new(&family, rows), &operators);
     sweep.gather::<D>(force, |family, range, force| {
-        sweep.scene.simd.run(Collocation { family, table, first, horizon, operators, range, force })
+        let collocation = Collocation { family, table, first, horizons, operators, range, force };
+        sweep.scene.simd.run(collocation)
     })
 }
 

@@ -180,11 +180,7 @@ impl Passes for Lagrangian {
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {
-        // Deformed bonds are weighed at one end for both.
-        if self.strong || self.weights.are_shared() {
-            self.kept.refer_to(scene, &self.weights, 1)?;
-        }
-        Ok(())
+        self.kept.refer_to(scene, &self.weights, 1)
     }
 
     fn room_of_lanes(&self, points: usize, _: usize, _: usize) -> usize {

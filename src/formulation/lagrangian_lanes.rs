@@ -57,7 +57,7 @@ impl Lagrangian {
         wanted: impl Fn(usize) -> bool + Sync,
     ) -> Points<'_> {
         let kept = self.kept.sweep::<D, D, _>(
-            Order { order: 1, looks_twice: true },
+            Order { order: 1, counts_volumes: false },
             sweep,
             breaking,
             PerPoint(&mut *rows, 1),

@@ -7,6 +7,7 @@ use std::ops::Range;
 use super::family::{Family, Table};
 use super::gradient::monomials;
 use super::simd::{Kernel, Lanes, Simd};
+use crate::families::Property;
 
 /// Forces of the points of a range. Rows of the table have the tensor S from `first` on; `operators`: A and B of a point.
 /// Gives the first point whose force is not finite.
@@ -14,7 +15,7 @@ pub(crate) struct Collocation<'a, O, const D: usize, const SIZE: usize, const C:
     pub(crate) family: Family<'a>,
     pub(crate) table: Table<'a, C>,
     pub(crate) first: usize,
-    pub(crate) horizon: f64,
+    pub(crate) horizons: &'a Property,
     pub(crate) operators: O,
     pub(crate) range: Range<usize>,
     pub(crate) force: &'a mut [f64],
@@ -28,11 +29,11 @@ where
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Option<usize> {
-        let Self { family, table, first, horizon, operators, range, force } = self;
+        let Self { family, table, first, horizons, operators, range, force } = self;
         let (forces, _) = force.as_chunks_mut::<D>();
         let mut bad = None;
         for (force, point) in forces.iter_mut().zip(range) {
-            let own = family.own(simd, point);
+            let (own, horizon) = (family.own(simd, point), horizons.at(point));
             let tensor = &table.row(point)[first..first + D * D];
             let (of_monomials, of_moved) = operators(point);
             let mut sum = [simd.splat(0.0); D];

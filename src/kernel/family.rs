@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::simd::{Kernel, Lanes, Mask, Simd, prefetch, prefetch_rows};
 use crate::damage::{self, BreakRule, close_to};
-use crate::families::{Bond, Families, LANES};
+use crate::families::{Bond, Families, LANES, Property};
 use crate::model::Influence;
 
 /// A point in a line of the cache: place, volume, displacement and a number that does not matter.
@@ -39,7 +39,10 @@ pub(crate) struct Family<'a> {
 pub(crate) struct Omega<'a> {
     pub(crate) influence: Influence,
     pub(crate) dimension: usize,
+    /// That of all points, where weights follow from lengths.
     pub(crate) horizon: f64,
+    /// That of each point.
+    pub(crate) horizons: &'a Property,
     pub(crate) each: Option<EachBond<'a>>,
 }
 
@@ -67,8 +70,13 @@ impl Omega<'_> {
     }
 
     /// 1
-    pub(crate) const EVEN: Self =
-        Self { influence: Influence::Constant, dimension: 3, horizon: f64::INFINITY, each: None };
+    pub(crate) const EVEN: Self = Self {
+        influence: Influence::Constant,
+        dimension: 3,
+        horizon: f64::INFINITY,
+        horizons: &Property::Uniform(f64::INFINITY),
+        each: None,
+    };
 }
 
 /// Bonds that are computed together.
@@ -424,6 +432,13 @@ impl<'a> Family<'a> {
             return own + self.weighted_back(simd, slot, reference, back);
         }
         self.weighted(simd, slot, reference, own + back)
+    }
+
+    /// Whether the ends of a bond may count it differently.
+    #[inline(always)]
+    pub(super) fn ends_differ(&self) -> bool {
+        let Some(EachBond { own, back, .. }) = self.omega.each else { return false };
+        own.map(<[f64]>::as_ptr) != back.map(<[f64]>::as_ptr)
     }
 
     /// Whether bonds count other than 1.

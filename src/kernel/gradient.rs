@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use super::family::{Bonds, BreakHere, Family, Limits, remaining};
 use super::simd::{Kernel, Lanes, Simd};
+use crate::families::Property;
 
 /// Most monomials.
 const MOST: usize = 9;
@@ -72,16 +73,19 @@ pub(crate) struct Kept<'a> {
 /// What is done with the gradient at a point, and what is kept of the point.
 pub(crate) type Finish<'a, const D: usize> = dyn FnMut(usize, &[f64], &[[f64; D]; D]) + 'a;
 
+/// Makes what is kept of a point from the masks of its bonds and their moments.
+pub(crate) type Keep<'a> = dyn Fn(usize, &[u8], &Moments, &mut [f64]) + 'a;
+
 /// Gradients of the points of a range that are wanted, given to `finish`; what is kept of points is made by `keep`. What
 /// is asked once a point is called and not compiled in: the loops over bonds are the same for all.
 pub(crate) struct GradientSweep<'a, const D: usize, const SIZE: usize> {
     pub(crate) family: Family<'a>,
-    pub(crate) horizon: f64,
+    pub(crate) horizons: &'a Property,
     pub(crate) range: Range<usize>,
     pub(crate) breaking: Option<BreakHere<'a>>,
     pub(crate) kept: Kept<'a>,
     pub(crate) wanted: &'a dyn Fn(usize) -> bool,
-    pub(crate) keep: &'a dyn Fn(&Moments, &mut [f64]),
+    pub(crate) keep: &'a Keep<'a>,
     pub(crate) finish: &'a mut Finish<'a, D>,
 }
 
@@ -119,14 +123,14 @@ impl<const D: usize, const SIZE: usize> Kernel for GradientSweep<'_, D, SIZE> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> bool {
-        let Self { family, horizon, range, mut breaking, kept, wanted, keep, finish } = self;
-        let sums = Sums { simd, family, horizon };
+        let Self { family, horizons, range, mut breaking, kept, wanted, keep, finish } = self;
         let (width, start) = (kept_width(D, SIZE), family.slots(range.start).0 / 8);
         let mut odd = false;
         for (kept_here, point) in kept.numbers.chunks_exact_mut(width).zip(range) {
             if !wanted(point) {
                 continue;
             }
+            let sums = Sums { simd, family, horizon: horizons.at(point) };
             let mut limits = breaking.as_ref().map(|breaking| breaking.limits);
             let moved = loop {
                 let masks = remaining(&family, &breaking, point);
@@ -145,7 +149,7 @@ impl<const D: usize, const SIZE: usize> Kernel for GradientSweep<'_, D, SIZE> {
                 // Nothing is kept while masks and rows do not belong together, should a panic come between.
                 kept_here[0] = NOTHING_KEPT;
                 old.copy_from_slice(masks);
-                keep(&sums.moments::<D, SIZE>(point, masks), kept_here);
+                keep(point, masks, &sums.moments::<D, SIZE>(point, masks), kept_here);
             }
             let kind = Kind::of(kept_here);
             if kind == Kind::Odd {

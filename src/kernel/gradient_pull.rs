@@ -10,12 +10,11 @@ use std::ops::Range;
 use super::family::{Family, Table};
 use super::simd::{Kernel, Lanes, Quad, Simd};
 
-/// Adds the pull of other ends to the forces of a range. Rows of the table have the place of a point, and the columns
-/// of V T, in four numbers each. Gives the first point whose force is not finite.
+/// Adds the pull of other ends to the forces of a range. Rows of the table have the place of a point and 1 over its horizon,
+/// and the columns of V T, in four numbers each. Gives the first point whose force is not finite.
 pub(crate) struct GradientPull<'a, const D: usize, const C: usize> {
     pub(crate) family: Family<'a>,
     pub(crate) table: Table<'a, C>,
-    pub(crate) horizon: f64,
     pub(crate) range: Range<usize>,
     pub(crate) force: &'a mut [f64],
 }
@@ -28,18 +27,17 @@ impl<const D: usize, const C: usize> Kernel for GradientPull<'_, D, C> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Option<usize> {
-        let Self { family, table, horizon, range, force } = self;
+        let Self { family, table, range, force } = self;
         let (forces, _) = force.as_chunks_mut::<D>();
-        let scale = simd.quad_of(if C == 4 * (1 + D) { 1.0 } else { 1.0 / horizon });
         let weighs = family.is_weighted();
         let mut bad = None;
         for (force, point) in forces.iter_mut().zip(range) {
-            let place = simd.quad(quad_at(table.row(point), 0));
+            let place = simd.quad(&place_of(table.row(point)));
             let mut sums = [simd.quad_of(0.0); APART];
-            each_bond::<S, D, C>(simd, (&family, &table), point, |lane, name, weight| {
+            each_bond::<S, D, C>(simd, (&family, &table), point, |lane, name, [weight, _]| {
                 // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
                 let row = unsafe { table.row_of(name) };
-                let pull = pull::<S, D, C>(simd, row, place, scale);
+                let pull = pull::<S, D, C>(simd, row, place);
                 let sum = &mut sums[lane % APART];
                 *sum = if weighs { pull.fused(simd.quad_of(weight), *sum) } else { *sum + pull };
             });
@@ -53,8 +51,8 @@ impl<const D: usize, const C: usize> Kernel for GradientPull<'_, D, C> {
     }
 }
 
-/// The same with a penalty: sum w V_j (T_j xi + C_j du) over the other ends j, and C_i sum w V_j du. Rows of the table
-/// have place and volume, displacement, and the columns of T and C, in four numbers each. Both ends give a bond the same weight.
+/// The same with a penalty: sum w_ji V_j (T_j xi + C_j du) over the other ends j, and C_i sum w_ij V_j du. Rows of the table
+/// have place and volume, displacement, and the columns of T and C, in four numbers each.
 pub(crate) struct PenaltyPull<'a, const D: usize, const C: usize> {
     pub(crate) family: Family<'a>,
     pub(crate) table: Table<'a, C>,
@@ -73,13 +71,10 @@ impl<const D: usize, const C: usize> Kernel for PenaltyPull<'_, D, C> {
         let mut bad = None;
         for (force, point) in forces.iter_mut().zip(range) {
             let own = table.row(point);
-            let (place, shift) = (quad_at(own, 0), quad_at(own, 1));
-            // The volume of the other end stays.
-            let place = simd.quad(&[place[0], place[1], place[2], 0.0]);
-            let shift = simd.quad(shift);
+            let (place, shift) = (simd.quad(&place_of(own)), simd.quad(quad_at(own, 1)));
             let mut sums = [simd.quad_of(0.0); APART];
             let mut moves = [simd.quad_of(0.0); APART];
-            each_bond::<S, D, C>(simd, (&family, &table), point, |lane, name, weight| {
+            each_bond::<S, D, C>(simd, (&family, &table), point, |lane, name, weights| {
                 // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
                 let row = unsafe { table.row_of(name) };
                 let column = |number: usize| simd.quad(quad_at(row, number));
@@ -93,12 +88,13 @@ impl<const D: usize, const C: usize> Kernel for PenaltyPull<'_, D, C> {
                     pull = column(4).fused(reference.component::<2>(), pull);
                     pull = column(4 + D).fused(moved.component::<2>(), pull);
                 }
-                let mut factor = reference.component::<3>();
-                if weighs {
-                    factor = factor * simd.quad_of(weight);
-                }
-                sums[lane % APART] = pull.fused(factor, sums[lane % APART]);
-                moves[lane % APART] = moved.fused(factor, moves[lane % APART]);
+                let volume = reference.component::<3>();
+                let [back, own] = weights.map(|weight| match weighs {
+                    true => volume * simd.quad_of(weight),
+                    false => volume,
+                });
+                sums[lane % APART] = pull.fused(back, sums[lane % APART]);
+                moves[lane % APART] = moved.fused(own, moves[lane % APART]);
             });
             let moved = ((moves[0] + moves[1]) + (moves[2] + moves[3])).numbers();
             let mut sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
@@ -116,34 +112,39 @@ impl<const D: usize, const C: usize> Kernel for PenaltyPull<'_, D, C> {
     }
 }
 
-/// Calls `take` with lane, other end and weight there of the bonds of a point; it is 1 unless the family weighs them. The other
-/// ends' rows of the table are fetched ahead.
+/// Calls `take` with lane, other end and weights, there and here, of the bonds of a point; they are 1 unless the family weighs
+/// them. The other ends' rows of the table are fetched ahead.
 #[inline(always)]
 fn each_bond<S: Simd, const D: usize, const C: usize>(
     simd: S,
     (family, table): (&Family<'_>, &Table<'_, C>),
     point: usize,
-    mut take: impl FnMut(usize, u32, f64),
+    mut take: impl FnMut(usize, u32, [f64; 2]),
 ) {
-    let weighs = family.is_weighted();
+    let (weighs, differ) = (family.is_weighted(), family.ends_differ());
     let (start, end) = family.swept(point);
     let own = family.own(simd, point);
-    let mut weights = [1.0; 8];
+    let mut weights = [[1.0; 8]; 2];
     for slot in (start..end).step_by(8) {
         let bits = family.bits(slot);
         if weighs {
             for lane in (0..8).step_by(S::WIDTH) {
                 let (one, slot) = (simd.splat(1.0), slot + lane);
                 let reference = family.reference_for_weight::<S, D>(simd, &own, slot);
-                let weight = family.weighted_back(simd, slot, &reference, one);
-                weight.store(&mut weights[lane..]);
+                let back = family.weighted_back(simd, slot, &reference, one);
+                back.store(&mut weights[0][lane..]);
+                if differ {
+                    let own = family.weighted(simd, slot, &reference, one);
+                    own.store(&mut weights[1][lane..]);
+                }
             }
         }
         table.ask_ahead(family, slot, 8);
         let names = family.block(slot);
         for lane in 0..8 {
             if bits >> lane & 1 != 0 {
-                take(lane, names[lane], weights[lane]);
+                let back = weights[0][lane];
+                take(lane, names[lane], [back, if differ { weights[1][lane] } else { back }]);
             }
         }
     }
@@ -162,18 +163,23 @@ fn quad_at<const C: usize>(row: &[f64; C], number: usize) -> &[f64; 4] {
     &row.as_chunks().0[number]
 }
 
+/// The place of a point, of which what stands behind it is not to be taken off that of others.
+#[inline(always)]
+fn place_of<const C: usize>(row: &[f64; C]) -> [f64; 4] {
+    [row[0], row[1], row[2], 0.0]
+}
+
 /// V_j (- T_j q(-xi)): what is of second order does not change its sign with xi.
 #[inline(always)]
 fn pull<S: Simd, const D: usize, const C: usize>(
     simd: S,
     row: &[f64; C],
     place: S::Quad,
-    scale: S::Quad,
 ) -> S::Quad {
     let column = |number: usize| simd.quad(quad_at(row, 1 + number));
     let reference = simd.quad(quad_at(row, 0)) - place;
     let is_first_order = C == 4 * (1 + D);
-    let q = if is_first_order { reference } else { reference * scale };
+    let q = if is_first_order { reference } else { reference * reference.component::<3>() };
     let terms = [q.component::<0>(), q.component::<1>(), q.component::<2>()];
     let mut pull = column(0) * terms[0];
     pull = column(1).fused(terms[1], pull);
