@@ -34,13 +34,19 @@ impl<const D: usize, const C: usize> Kernel for GradientPull<'_, D, C> {
         for (force, point) in forces.iter_mut().zip(range) {
             let place = simd.quad(&place_of(table.row(point)));
             let mut sums = [simd.quad_of(0.0); APART];
-            each_bond::<S, D, C>(simd, (&family, &table), point, |lane, name, [weight, _]| {
-                // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
-                let row = unsafe { table.row_of(name) };
-                let pull = pull::<S, D, C>(simd, row, place);
-                let sum = &mut sums[lane % APART];
-                *sum = if weighs { pull.fused(simd.quad_of(weight), *sum) } else { *sum + pull };
-            });
+            each_bond::<S, D, C, false>(
+                simd,
+                (&family, &table),
+                point,
+                |lane, name, [weight, _]| {
+                    // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
+                    let row = unsafe { table.row_of(name) };
+                    let pull = pull::<S, D, C>(simd, row, place);
+                    let sum = &mut sums[lane % APART];
+                    *sum =
+                        if weighs { pull.fused(simd.quad_of(weight), *sum) } else { *sum + pull };
+                },
+            );
             let sum = ((sums[0] + sums[1]) + (sums[2] + sums[3])).numbers();
             for axis in 0..D {
                 force[axis] += sum[axis];
@@ -65,6 +71,18 @@ impl<const D: usize, const C: usize> Kernel for PenaltyPull<'_, D, C> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Option<usize> {
+        if self.family.ends_differ() {
+            self.pull::<S, true>(simd)
+        } else {
+            self.pull::<S, false>(simd)
+        }
+    }
+}
+
+impl<const D: usize, const C: usize> PenaltyPull<'_, D, C> {
+    /// `DIFFER`: the ends of a bond count it differently.
+    #[inline(always)]
+    fn pull<S: Simd, const DIFFER: bool>(self, simd: S) -> Option<usize> {
         let Self { family, table, range, force } = self;
         let (forces, _) = force.as_chunks_mut::<D>();
         let weighs = family.is_weighted();
@@ -74,7 +92,7 @@ impl<const D: usize, const C: usize> Kernel for PenaltyPull<'_, D, C> {
             let (place, shift) = (simd.quad(&place_of(own)), simd.quad(quad_at(own, 1)));
             let mut sums = [simd.quad_of(0.0); APART];
             let mut moves = [simd.quad_of(0.0); APART];
-            each_bond::<S, D, C>(simd, (&family, &table), point, |lane, name, weights| {
+            each_bond::<S, D, C, DIFFER>(simd, (&family, &table), point, |lane, name, weights| {
                 // SAFETY: the search makes neighbours of points of the body alone, and each has a row.
                 let row = unsafe { table.row_of(name) };
                 let column = |number: usize| simd.quad(quad_at(row, number));
@@ -89,10 +107,11 @@ impl<const D: usize, const C: usize> Kernel for PenaltyPull<'_, D, C> {
                     pull = column(4 + D).fused(moved.component::<2>(), pull);
                 }
                 let volume = reference.component::<3>();
-                let [back, own] = weights.map(|weight| match weighs {
-                    true => volume * simd.quad_of(weight),
-                    false => volume,
-                });
+                let [mut back, mut own] = [volume; 2];
+                if weighs {
+                    back = volume * simd.quad_of(weights[0]);
+                    own = if DIFFER { volume * simd.quad_of(weights[1]) } else { back };
+                }
                 sums[lane % APART] = pull.fused(back, sums[lane % APART]);
                 moves[lane % APART] = moved.fused(own, moves[lane % APART]);
             });
@@ -112,16 +131,16 @@ impl<const D: usize, const C: usize> Kernel for PenaltyPull<'_, D, C> {
     }
 }
 
-/// Calls `take` with lane, other end and weights, there and here, of the bonds of a point; they are 1 unless the family weighs
-/// them. The other ends' rows of the table are fetched ahead.
+/// Calls `take` with lane, other end and weights, there and with `DIFFER` here, of the bonds of a point; they are 1 unless the
+/// family weighs them. The other ends' rows of the table are fetched ahead.
 #[inline(always)]
-fn each_bond<S: Simd, const D: usize, const C: usize>(
+fn each_bond<S: Simd, const D: usize, const C: usize, const DIFFER: bool>(
     simd: S,
     (family, table): (&Family<'_>, &Table<'_, C>),
     point: usize,
     mut take: impl FnMut(usize, u32, [f64; 2]),
 ) {
-    let (weighs, differ) = (family.is_weighted(), family.ends_differ());
+    let weighs = family.is_weighted();
     let (start, end) = family.swept(point);
     let own = family.own(simd, point);
     let mut weights = [[1.0; 8]; 2];
@@ -133,7 +152,7 @@ fn each_bond<S: Simd, const D: usize, const C: usize>(
                 let reference = family.reference_for_weight::<S, D>(simd, &own, slot);
                 let back = family.weighted_back(simd, slot, &reference, one);
                 back.store(&mut weights[0][lane..]);
-                if differ {
+                if DIFFER {
                     let own = family.weighted(simd, slot, &reference, one);
                     own.store(&mut weights[1][lane..]);
                 }
@@ -143,8 +162,7 @@ fn each_bond<S: Simd, const D: usize, const C: usize>(
         let names = family.block(slot);
         for lane in 0..8 {
             if bits >> lane & 1 != 0 {
-                let back = weights[0][lane];
-                take(lane, names[lane], [back, if differ { weights[1][lane] } else { back }]);
+                take(lane, names[lane], [weights[0][lane], weights[1][lane]]);
             }
         }
     }
