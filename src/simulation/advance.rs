@@ -162,8 +162,9 @@ impl Simulation {
         let AdvanceOptions { safety, largest_time_step, interval } = run.options;
         let soon = interval.div_ceil(4);
         // What the host has moved since is another body.
-        if !(self.state.force_fresh && self.knows_stable_step(interval, soon)?) {
-            self.find_stable_step(self.built()?.stable_step.is_some())?;
+        let is_known = self.knows_stable_step(f64::INFINITY, (interval, soon))?;
+        if !(self.state.force_fresh && is_known) {
+            self.find_stable_step(self.built()?.stable_step.is_some(), None)?;
             run.report.estimates += 1;
         }
         let stable = self.stable_step_if_any()?;

@@ -189,7 +189,7 @@ impl Simulation {
                 "'steps' is {steps}: the time would leave the range of numbers"
             ));
         }
-        let stable = self.current_stable_step()?;
+        let stable = self.current_stable_step(time_step)?;
         let ratio = time_step / stable;
         if ratio > LARGEST_RATIO {
             return argument(format!(

@@ -29,7 +29,7 @@ impl Simulation {
     pub fn stable_time_step(&mut self) -> Result<f64> {
         let Built { stable_step, bonds, .. } = self.built()?;
         let again = stable_step.as_ref().is_some_and(|known| known.is_near(bonds));
-        self.find_stable_step(again)?;
+        self.find_stable_step(again, None)?;
         self.stable_step_if_any()
     }
 
@@ -46,8 +46,8 @@ impl Simulation {
         }
     }
 
-    /// Finds the stable step, going on from the one that is known if `again`.
-    pub(super) fn find_stable_step(&mut self, again: bool) -> Result<()> {
+    /// Finds the stable step, going on from the one that is known if `again`, or no more than that a step that is `wanted` is stable.
+    pub(super) fn find_stable_step(&mut self, again: bool, wanted: Option<f64>) -> Result<()> {
         self.built()?;
         let Self { state, built, .. } = self;
         let Some(Built { workers, plan, bonds, stable_step, scratch, .. }) = built.get_mut() else {
@@ -55,29 +55,33 @@ impl Simulation {
         };
         let displacement = &state.current.displacement;
         let before = (stable_step.as_ref().filter(|_| again), state.steps);
-        let found = StableStep::find(plan, workers, bonds, displacement, scratch, before);
+        let found = StableStep::find(plan, workers, bonds, displacement, scratch, before, wanted);
         *stable_step = Some(stopped_by_law(plan).map_or(found, Err)?);
         Ok(())
     }
 
-    /// Whether a stable step is known that the host has not outdated by changing bonds, and that is not as old as so many
-    /// steps: in any case, and where bonds have broken since and make others stiffer.
-    pub(super) fn knows_stable_step(&self, in_any_case: u64, where_broken: u64) -> Result<bool> {
+    /// Whether a stable step is known that suits a time step to be compared with it, that the host has not outdated by changing
+    /// bonds, and that is not as old as so many steps: in any case, and where bonds have broken since and make others stiffer.
+    pub(super) fn knows_stable_step(
+        &self,
+        time_step: f64,
+        (in_any_case, where_broken): (u64, u64),
+    ) -> Result<bool> {
         let built = self.built()?;
         Ok(built.stable_step.as_ref().is_some_and(|known| {
             let age = self.state.steps.saturating_sub(known.found_at);
             let is_outdated = age >= where_broken
                 && built.plan.formulation.stiffens_by_damage()
                 && known.is_of_more_bonds(&built.bonds);
-            !known.is_stale && age < in_any_case && !is_outdated
+            known.suits(time_step) && !known.is_stale && age < in_any_case && !is_outdated
         }))
     }
 
-    /// The stable step for steps to be compared with: found anew when the host or, a while ago, the rule has broken
-    /// bonds.
-    pub(super) fn current_stable_step(&mut self) -> Result<f64> {
-        if !self.knows_stable_step(u64::MAX, LOOKS_AFTER)? {
-            self.find_stable_step(self.built()?.stable_step.is_some())?;
+    /// The stable step for a time step to be compared with: found anew when the host or, a while ago, the rule has broken
+    /// bonds. Where the time step is far below, it is no more than an estimate that is not below it.
+    pub(super) fn current_stable_step(&mut self, time_step: f64) -> Result<f64> {
+        if !self.knows_stable_step(time_step, (u64::MAX, LOOKS_AFTER))? {
+            self.find_stable_step(self.built()?.stable_step.is_some(), Some(time_step))?;
         }
         Ok(self.built()?.stable_step.as_ref().map_or(f64::MAX, |known| known.step))
     }

@@ -109,6 +109,53 @@ proptest! {
     }
 }
 
+/// A body of a formulation with a few points that are so much stiffer, at random places.
+fn with_stiff_spots(formulation: &str, stiffer: f64, spots: usize, seed: u64) -> Simulation {
+    let mut random = Random(seed);
+    let mut points = Points::block(3, &[0.0; 3], &[14.0, 13.0, 12.0], 1.0).unwrap();
+    let picked: Vec<usize> =
+        (0..spots).map(|_| random.between(0.0, points.count() as f64) as usize).collect();
+    points.add_set("second", &picked).unwrap();
+    let mut model = Model::new(formulation).unwrap();
+    for (key, value) in [("density", 2.0), ("youngs_modulus", 3.0), ("horizon", 2.015)] {
+        model.set(key, value).unwrap();
+    }
+    if formulation != "bond_based" {
+        model.set("poissons_ratio", 0.2).unwrap();
+    }
+    let mut simulation = Simulation::new(&points, &model).unwrap();
+    model.set("youngs_modulus", 3.0 * stiffer).unwrap();
+    simulation.assign_model("second", &model).unwrap();
+    simulation
+}
+
+/// A step that is far below the limit is let pass after a few forces; one beyond it never is, however small the place that is
+/// stiffer than all others.
+#[test]
+fn steps_beyond_the_limit_are_told_from_those_below_wherever_it_comes_from() {
+    let forms = ["bond_based", "ordinary_state_based", "correspondence_silling"];
+    for (number, stiffer) in [1.0, 1.3, 2.0, 5.0, 30.0, 1e3, 1e6].into_iter().enumerate() {
+        for (form, spots) in forms.into_iter().zip([1, 3, 1]) {
+            let body = || with_stiff_spots(form, stiffer, spots, 50 + number as u64);
+            let stable = body().stable_time_step().unwrap();
+            for factor in [0.01, 0.3, 0.6, 0.8, 0.9, 0.96, 1.04, 1.2, 3.0, 9.0] {
+                let name = format!("{form}, {spots} spots {stiffer} times as stiff, {factor}");
+                let mut simulation = body();
+                simulation.step(factor * stable, 0).unwrap();
+                let known = simulation.health().unwrap().stable_time_step;
+                if factor > 1.0 {
+                    assert_eq!(known, stable, "{name}");
+                } else {
+                    assert!(known >= factor * stable, "{name}: {known} {stable}");
+                }
+                // Whoever asks is told the limit itself.
+                assert_eq!(simulation.stable_time_step().unwrap(), stable, "{name}");
+            }
+            assert!(body().step(11.0 * stable, 1).is_err());
+        }
+    }
+}
+
 /// A block of 6 x 6 x 6 points, all positions scaled by a factor and let go.
 fn squeezed(factor: f64) -> Simulation {
     let points = Points::block(3, &[0.0; 3], &[6.0; 3], 1.0).unwrap();

@@ -57,6 +57,7 @@ fn cycle(operator: &mut Linearised<'_>, start: Vec<f64>, products: usize) -> Res
         operator.combine(&mut mode, 1.0, *factor, vector);
     }
     let residual = rest * found.last;
-    let top = Top { real: found.real, imaginary: found.imaginary, residual, mode };
+    let top =
+        Top { real: found.real, imaginary: found.imaginary, residual, mode, is_settled: false };
     Ok((top, products - used))
 }

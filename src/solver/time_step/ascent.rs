@@ -13,6 +13,9 @@ const CONVERGED: f64 = 1e-3;
 /// Turns that a search from the start makes at least, so that what it hardly began with can grow.
 const LEAST: usize = 40;
 
+/// How likely it may be that the largest eigenvalue is beyond a limit that it is called to be below.
+const DOUBT: f64 = 1e-6;
+
 /// What is left of a step of size 1 must be more than rounding.
 const NEW: f64 = 1e-6;
 
@@ -49,7 +52,31 @@ impl Pair {
     }
 }
 
-pub(super) fn top(operator: &mut Linearised<'_>, start: Vec<f64>, products: usize) -> Result<Top> {
+/// Share of the turns that count as products of a Krylov space: the space of a turn is a part of that.
+const COUNTED: f64 = 0.75;
+
+/// Whether the largest eigenvalue is surely below a limit, when so many turns from a start of n numbers without order have
+/// come to a value.
+///
+/// That the best value of a Krylov space of k products is less than 1 - open of the largest eigenvalue is no more likely
+/// than 1.648 sqrt(n) exp(-(2 k - 1) sqrt(open)) (Kuczynski and Wozniakowski, 1992). And an eigenvalue beyond the limit of whose
+/// mode the start has a part 1/(c sqrt(n)), which is missed with a likelihood of about 1/c, would have brought the value further
+/// where T(limit/value - 1) > c sqrt(n), with Chebyshev's polynomial of degree k - 1 over eigenvalues to twice the value.
+fn is_surely_below(limit: f64, value: f64, turns: usize, n: usize) -> bool {
+    let (products, root) = (COUNTED * turns as f64, (n as f64).sqrt());
+    let open = 1.0 - value / limit;
+    let near = 1.648 * root * (-(2.0 * products - 1.0) * open.sqrt()).exp();
+    let far = root / ((products - 1.0) * (limit / value - 1.0).acosh()).cosh();
+    value > 0.0 && products > 1.0 && (near < DOUBT || far < DOUBT)
+}
+
+/// `limit`: no more is wanted than to know that the eigenvalue is below it.
+pub(super) fn top(
+    operator: &mut Linearised<'_>,
+    start: Vec<f64>,
+    products: usize,
+    limit: Option<f64>,
+) -> Result<Top> {
     let mut x = Pair { vector: start, product: operator.empty()? };
     let (mut r, mut p) = (Pair::empty(operator)?, Pair::empty(operator)?);
     operator.multiply(&x.vector, &mut x.product)?;
@@ -61,8 +88,10 @@ pub(super) fn top(operator: &mut Linearised<'_>, start: Vec<f64>, products: usiz
         let residual = operator.dot(&r.vector, &r.vector).sqrt();
         let is_known = turn >= LEAST && residual <= CONVERGED * value.abs();
         let goes_on = turn < products && !is_known && residual > 1e-12 * value.abs();
-        if !goes_on {
-            return Ok(Top { real: value, imaginary: 0.0, residual, mode: x.vector });
+        let is_below = |limit| is_surely_below(limit, value, turn, x.vector.len());
+        let is_settled = goes_on && limit.is_some_and(is_below);
+        if !goes_on || is_settled {
+            return Ok(Top { real: value, imaginary: 0.0, residual, mode: x.vector, is_settled });
         }
         operator.combine(&mut r.vector, 1.0 / residual, 0.0, &x.vector);
         operator.multiply(&r.vector, &mut r.product)?;
@@ -90,5 +119,20 @@ pub(super) fn top(operator: &mut Linearised<'_>, start: Vec<f64>, products: usiz
         x.combine(operator, of_x, 1.0, &p);
         x.normalise(operator);
         turn += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_farther_the_limit_the_sooner_it_is_known() {
+        let turns =
+            |limit: f64| (1..60).find(|&turns| is_surely_below(limit, 1.0, turns, 3_000_000));
+        let needed = [1e4, 100.0, 4.0, 1.6, 1.2].map(|limit| turns(limit).unwrap());
+        assert_eq!(needed, [5, 7, 18, 25, 37]);
+        assert_eq!([1.05, 1.0, 0.5, f64::NAN].map(turns), [None; 4]);
+        assert!(!is_surely_below(1.0, 0.0, 50, 10) && !is_surely_below(1.0, f64::NAN, 50, 10));
     }
 }

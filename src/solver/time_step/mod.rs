@@ -50,6 +50,8 @@ pub(crate) struct StableStep {
     pub(crate) is_stale: bool,
     /// Steps of the simulation when it was found.
     pub(crate) found_at: u64,
+    /// Where the search has ended as soon as steps of so much were known to be stable: how much. Then `step` is an estimate.
+    settled_for: Option<f64>,
     /// Bonds that were intact, each counted from both ends.
     intact: u64,
     /// The mode of the largest frequency, as far as it is known.
@@ -63,6 +65,8 @@ struct Top {
     /// How far from it an eigenvalue may be.
     residual: f64,
     mode: Vec<f64>,
+    /// It has been looked for no longer than until it was known to be below a limit.
+    is_settled: bool,
 }
 
 impl Top {
@@ -73,7 +77,7 @@ impl Top {
 
 impl StableStep {
     /// From the beginning, or from the mode of an estimate made before where that leads far enough. `steps`: how many
-    /// the simulation has made.
+    /// the simulation has made. With a step that is `wanted`, only until that is known to be stable.
     pub(crate) fn find(
         plan: &Plan,
         workers: &Workers,
@@ -81,32 +85,44 @@ impl StableStep {
         displacement: &[f64],
         scratch: &mut [f64],
         (before, steps): (Option<&Self>, u64),
+        wanted: Option<f64>,
     ) -> Result<Self> {
         let mut operator =
             Linearised::new(plan, workers, bonds, displacement, scratch, &plan.density)?;
         let is_guaranteed = plan.formulation.has_potential();
-        let again = match before {
-            Some(before) => Some(search(&mut operator, Some(&before.mode), FORCES_AGAIN - 1)?),
+        let again = match before.filter(|before| before.suits(f64::INFINITY)) {
+            Some(before) => {
+                Some(search(&mut operator, Some(&before.mode), FORCES_AGAIN - 1, None)?)
+            }
             None => None,
         };
+        let limit = wanted.map(|step| (2.0 * MARGIN / step).powi(2));
         let top = match again.filter(|top| top.residual <= OPEN * top.size()) {
             Some(top) => top,
-            None => search(&mut operator, None, FORCES - 1)?,
+            None => search(&mut operator, None, FORCES - 1, limit)?,
         };
         let bound = top.size() + top.residual;
         if !bound.is_finite() {
             return Err(Error::Numeric(NOT_FINITE.into()));
         }
         let turns = top.imaginary.abs() > TURNING * top.size() + top.residual || top.real < 0.0;
+        let step = if bound > 0.0 { (2.0 * MARGIN / bound.sqrt()).min(f64::MAX) } else { f64::MAX };
+        let settled_for = wanted.filter(|_| top.is_settled);
         Ok(Self {
-            step: if bound > 0.0 { (2.0 * MARGIN / bound.sqrt()).min(f64::MAX) } else { f64::MAX },
+            step: settled_for.map_or(step, |wanted| step.max(wanted)),
             is_guaranteed,
+            settled_for,
             unstable: (!is_guaranteed && turns).then_some([top.real, top.imaginary]),
             is_stale: false,
             found_at: steps,
             intact: bonds.count(),
             mode: top.mode,
         })
+    }
+
+    /// Whether it tells enough for a step to be compared with it.
+    pub(crate) fn suits(&self, time_step: f64) -> bool {
+        self.settled_for.is_none_or(|most| time_step <= most)
     }
 
     /// Whether bonds have broken since.
@@ -125,11 +141,17 @@ impl StableStep {
     }
 }
 
-/// The largest eigenvalue by so many products, from a mode that is known or from the beginning.
-fn search(operator: &mut Linearised<'_>, mode: Option<&[f64]>, products: usize) -> Result<Top> {
+/// The largest eigenvalue by so many products, from a mode that is known or from the beginning; no farther than until it
+/// is known to be below a limit, where forces have a potential.
+fn search(
+    operator: &mut Linearised<'_>,
+    mode: Option<&[f64]>,
+    products: usize,
+    limit: Option<f64>,
+) -> Result<Top> {
     let start = operator.start(mode)?;
     if operator.plan.formulation.has_potential() {
-        ascent::top(operator, start, products)
+        ascent::top(operator, start, products, limit)
     } else {
         arnoldi::top(operator, start, products)
     }
@@ -145,6 +167,6 @@ pub(crate) fn largest_eigenvalue(
     products: usize,
 ) -> Result<f64> {
     let mut operator = Linearised::new(plan, workers, bonds, displacement, scratch, density)?;
-    let top = search(&mut operator, None, products)?;
+    let top = search(&mut operator, None, products, None)?;
     Ok(top.size() + top.residual)
 }
