@@ -51,7 +51,8 @@ pub struct Health {
     pub broken_bonds: u64,
     /// Last time step over the stable one as it was last found; 0 before the first step. Near 1 the limit is near.
     pub time_step_ratio: f64,
-    /// The stable step as it was last found; 0 before that.
+    /// The stable step as it was last found; 0 before that. Where the host's own steps are known to be below it no more is looked
+    /// for: then an estimate, no lower than these.
     pub stable_time_step: f64,
     /// Whether it was found from forces that have a potential, and is stable for small motions about the state it was
     /// found at; else it is an estimate.

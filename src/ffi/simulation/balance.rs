@@ -59,7 +59,8 @@ pub struct perion_health {
     pub degenerate_points: i64,
     /// the first of them, -1 for none
     pub first_degenerate_point: i64,
-    /// the stable step as it was last found; 0 before that
+    /// the stable step as it was last found; 0 before that. Where the host's own steps are known to be below it no more is looked for:
+    /// then an estimate, no lower than these
     pub stable_time_step: f64,
     /// 1 where it was found from forces that have a potential, and is stable for small motions about the state it
     /// was found at; 0 where it is an estimate
