@@ -84,21 +84,29 @@ impl Lagrangian {
         self.own_of(body, point, &Moments::new(body, point))
     }
 
+    /// The deformation of a point, and the shape of its family.
+    pub(super) fn deformation_of<const D: usize>(
+        &self,
+        moments: &Moments<D>,
+    ) -> (Deformation<D>, Shape<D>) {
+        let Moments { reference, mixed, moved, moved_now, .. } = *moments;
+        let shape = Shape::new(&reference);
+        let gradient = if self.deformed && shape.rank == D {
+            product(&moved_now, &inverse(&transposed(&mixed)))
+        } else {
+            product(&moved, &shape.inverse)
+        };
+        (Deformation { gradient, span: shape.span, rank: shape.rank }, shape)
+    }
+
     pub(super) fn own_of<const D: usize>(
         &self,
         body: &Body<'_, D>,
         point: usize,
         moments: &Moments<D>,
     ) -> Own<D> {
-        let Moments { reference, mixed, now, moved, moved_now } = *moments;
-        let shape = Shape::new(&reference);
-        let spans = shape.rank == D;
-        let gradient = if self.deformed && spans {
-            product(&moved_now, &inverse(&transposed(&mixed)))
-        } else {
-            product(&moved, &shape.inverse)
-        };
-        let deformation = Deformation { gradient, span: shape.span, rank: shape.rank };
+        let (deformation, shape) = self.deformation_of(moments);
+        let (&Moments { mixed, now, .. }, spans) = (moments, shape.rank == D);
         let answer = self.laws.answer(body, point, point, &deformation);
         // In the weak form both forms pull alike; the operators differ in the strong one.
         let (undeformed, deformed) = match (self.deformed && spans, self.updated && self.strong) {
@@ -176,7 +184,7 @@ impl Passes for Lagrangian {
         _: &[f64],
         ask: &mut dyn FnMut(usize, &Deformation<D>),
     ) {
-        ask(point, &self.own(body, point).deformation);
+        ask(point, &self.deformation_of(&Moments::new(body, point)).0);
     }
 
     fn refer_to(&mut self, scene: &Scene<'_>) -> Result<()> {

@@ -33,17 +33,20 @@ struct Swept<'a, const D: usize> {
 
 impl<const D: usize> Swept<'_, D> {
     fn own(&self, point: usize, row: &Row) -> Own<D> {
+        self.lagrangian.own_of(&self.body, point, &self.moments(point, row))
+    }
+
+    fn moments(&self, point: usize, row: &Row) -> Moments<D> {
         let kept: Point<'_, D, D> = self.kept.at(point);
         if !kept.spans() {
-            return self.lagrangian.own(&self.body, point);
+            return Moments::new(&self.body, point);
         }
         let reference = inverse(&read(kept.rows().as_flattened()));
         let moved = product(&read(row), &reference);
         let mixed = sum(&reference, &moved);
         let moved_now = sum(&moved, &read(&row[SQUARES..]));
         let now = sum(&transposed(&mixed), &moved_now);
-        let moments = Moments { reference, mixed, now, moved, moved_now };
-        self.lagrangian.own_of(&self.body, point, &moments)
+        Moments { reference, mixed, now, moved, moved_now }
     }
 }
 
@@ -101,14 +104,16 @@ impl Lagrangian {
         let width = laws.width();
         let outputs = PerPoint(&mut *records, width);
         scene.workers.sweep(scene.places.len(), outputs, |range, records| {
-            for (record, point) in records.0.chunks_exact_mut(width).zip(range) {
+            for (record, point) in records.0.chunks_exact_mut(width).zip(range.clone()) {
                 if near.is_none_or(|near| near.wants_energy(point)) {
-                    let own = swept.own(point, &rows[point]);
-                    laws.remember_at(scene, (point, point), &own.deformation, record);
+                    let moments = swept.moments(point, &rows[point]);
+                    let (deformation, _) = self.deformation_of(&moments);
+                    laws.defer_at(scene, (point, point), &deformation, record);
                 } else {
                     record.copy_from_slice(&scene.bonds.records[point * width..][..width]);
                 }
             }
+            laws.settle(scene, range.clone(), &|site| range.start + site, records.0);
         });
         laws.ask_host(scene, records);
     }
