@@ -78,10 +78,14 @@ impl Simulation {
     }
 
     /// The stable step for a time step to be compared with: found anew when the host or, a while ago, the rule has broken
-    /// bonds. Where the time step is far below, it is no more than an estimate that is not below it.
+    /// bonds. Where the time step is far below, it is no more than an estimate that is not below it; for one that is larger than it was
+    /// good for, the limit itself.
     pub(super) fn current_stable_step(&mut self, time_step: f64) -> Result<f64> {
         if !self.knows_stable_step(time_step, (u64::MAX, LOOKS_AFTER))? {
-            self.find_stable_step(self.built()?.stable_step.is_some(), Some(time_step))?;
+            let known = self.built()?.stable_step.as_ref();
+            let has_grown = known.is_some_and(|known| !known.suits(time_step));
+            let (again, wanted) = (known.is_some(), (!has_grown).then_some(time_step));
+            self.find_stable_step(again, wanted)?;
         }
         Ok(self.built()?.stable_step.as_ref().map_or(f64::MAX, |known| known.step))
     }

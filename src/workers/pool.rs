@@ -1,7 +1,7 @@
 //! The threads of one simulation, and how a job that borrows from its caller runs on all of them.
 //!
 //! The caller works along as one of them, so that one thread needs no other. Nothing is allocated to
-//! start a job. Threads wait for the next job awake for a few microseconds and then asleep.
+//! start a job. Threads wait for the next job, and the caller for the last thread, awake for a few microseconds and then asleep.
 
 use std::any::Any;
 use std::mem::MaybeUninit;
@@ -16,7 +16,7 @@ use crate::memory;
 /// Numbers that a thread writes in one go where memory is filled.
 const CHUNK: usize = 1 << 16;
 
-/// Looks at the job counter before a thread goes to sleep.
+/// Looks at the counters of jobs before a thread or a caller goes to sleep.
 const LOOKS: u32 = 2000;
 
 pub(super) struct Pool {
@@ -70,7 +70,7 @@ impl Pool {
             finished: Condvar::new(),
             jobs: AtomicU64::new(0),
             done: AtomicU64::new(0),
-            looks: if threads <= cores { LOOKS } else { 0 },
+            looks: if 1 < threads && threads <= cores { LOOKS } else { 0 },
         });
         let handles = memory::reserved(threads - 1, "threads")?;
         let mut pool =

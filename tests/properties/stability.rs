@@ -156,6 +156,90 @@ fn steps_beyond_the_limit_are_told_from_those_below_wherever_it_comes_from() {
     }
 }
 
+/// Pressed bodies have modes that grow by themselves, and what a search comes to begins below 0.
+#[test]
+fn steps_beyond_the_limit_of_pressed_bodies_are_told() {
+    for (number, form) in ["bond_based", "correspondence", "bond_associated"].iter().enumerate() {
+        for percent in (25..100).step_by(5) {
+            let scale = f64::from(percent) / 100.0;
+            let body = || {
+                let points = Points::block(3, &[0.0; 3], &[5.0, 4.0, 6.0], 1.0).unwrap();
+                let mut model = Model::new(form).unwrap();
+                for (key, value) in [("density", 2.0), ("youngs_modulus", 3.0), ("horizon", 2.3)] {
+                    model.set(key, value).unwrap();
+                }
+                if *form != "bond_based" {
+                    model.set("poissons_ratio", 0.2).unwrap();
+                }
+                let mut simulation = Simulation::new(&points, &model).unwrap();
+                let mut random = Random(70 + number as u64);
+                let places = points.coordinates().iter();
+                let pressed: Vec<f64> =
+                    places.map(|x| (scale - 1.0) * x + random.between(-0.01, 0.01)).collect();
+                simulation.set(Field::Displacement, &pressed).unwrap();
+                simulation
+            };
+            let Ok(stable) = body().stable_time_step() else { continue };
+            for factor in [1.05, 1.5, 2.0, 3.0, 5.0, 9.0] {
+                let mut simulation = body();
+                simulation.step(factor * stable, 0).unwrap();
+                let known = simulation.health().unwrap().stable_time_step;
+                assert_eq!(known, stable, "{form} pressed to {scale}, {factor}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_stable_step_of_a_few_points_does_not_depend_on_where_they_lie() {
+    for points in [2, 3] {
+        for strain in [0.0, -0.03] {
+            let steps = (0..300).map(|number| {
+                let (sin, cos) = (0.021 * f64::from(number)).sin_cos();
+                let place = |point: i32| [cos, sin].map(|along| along * f64::from(point));
+                let coordinates: Vec<f64> = (0..points).flat_map(place).collect();
+                let body = Points::new(2, &coordinates, &vec![1.0; points as usize]).unwrap();
+                let mut model = Model::new("bond_based").unwrap();
+                for (key, value) in [("density", 1.0), ("youngs_modulus", 3.0), ("horizon", 1.5)] {
+                    model.set(key, value).unwrap();
+                }
+                let mut simulation = Simulation::new(&body, &model).unwrap();
+                let moved: Vec<f64> = coordinates.iter().map(|x| strain * x).collect();
+                simulation.set(Field::Displacement, &moved).unwrap();
+                simulation.stable_time_step().unwrap()
+            });
+            let steps: Vec<f64> = steps.collect();
+            let [least, most] =
+                [f64::min, f64::max].map(|of| steps.iter().copied().fold(steps[0], of));
+            assert!(most / least < 1.0 + 1e-5, "{points} {strain}: {least} {most}");
+        }
+    }
+}
+
+/// Hosts that break bonds and change their step are told the same as one that asks.
+#[test]
+fn what_is_known_of_a_step_follows_bonds_and_larger_steps() {
+    let mut simulation = with_stiff_spots("correspondence", 1.0, 2, 60);
+    let mut fresh = with_stiff_spots("correspondence", 1.0, 2, 60);
+    let stable = fresh.stable_time_step().unwrap();
+    simulation.step(0.3 * stable, 1).unwrap();
+    let health = simulation.health().unwrap();
+    assert!(!health.stable_step_is_guaranteed && health.stable_time_step >= 0.3 * stable);
+    assert!((health.stable_time_step / stable - 1.0).abs() < 0.1, "{health:?}");
+    // A larger one is compared with the limit itself, and so are all after it.
+    simulation.step(0.31 * stable, 1).unwrap();
+    let health = simulation.health().unwrap();
+    assert!(health.stable_step_is_guaranteed);
+    assert!((health.stable_time_step / stable - 1.0).abs() < 1e-3, "{health:?}");
+    for simulation in [&mut simulation, &mut fresh] {
+        simulation.break_bonds(&[[100, 101], [700, 701]]).unwrap();
+    }
+    let stable = fresh.stable_time_step().unwrap();
+    simulation.step(0.3 * stable, 1).unwrap();
+    let ratio = simulation.health().unwrap().time_step_ratio;
+    assert!((ratio / 0.3 - 1.0).abs() < 0.06, "{ratio}");
+}
+
 /// A block of 6 x 6 x 6 points, all positions scaled by a factor and let go.
 fn squeezed(factor: f64) -> Simulation {
     let points = Points::block(3, &[0.0; 3], &[6.0; 3], 1.0).unwrap();

@@ -16,8 +16,12 @@ const LEAST: usize = 40;
 /// How likely it may be that the largest eigenvalue is beyond a limit that it is called to be below.
 const DOUBT: f64 = 1e-6;
 
-/// What is left of a step of size 1 must be more than rounding.
-const NEW: f64 = 1e-6;
+/// What is left of a step of size 1 must be more than rounding, and a residual, over the largest value there was.
+const NEW: f64 = 1e-4;
+const ROUNDING: f64 = 1e-5;
+
+/// Values below 0, over the largest, up to which bodies count as stable.
+const UNSTABLE: f64 = 0.05;
 
 /// A vector and its product.
 struct Pair {
@@ -56,17 +60,21 @@ impl Pair {
 const COUNTED: f64 = 0.75;
 
 /// Whether the largest eigenvalue is surely below a limit, when so many turns from a start of n numbers without order have
-/// come to a value.
+/// come to a value, and none is below 0 by more than a tenth of that.
 ///
-/// That the best value of a Krylov space of k products is less than 1 - open of the largest eigenvalue is no more likely
-/// than 1.648 sqrt(n) exp(-(2 k - 1) sqrt(open)) (Kuczynski and Wozniakowski, 1992). And an eigenvalue beyond the limit of whose
-/// mode the start has a part 1/(c sqrt(n)), which is missed with a likelihood of about 1/c, would have brought the value further
-/// where T(limit/value - 1) > c sqrt(n), with Chebyshev's polynomial of degree k - 1 over eigenvalues to twice the value.
+/// That the best value of a Krylov space of k products falls short of the largest eigenvalue by a share `open` of what
+/// there is between that and the smallest is no more likely than 1.648 sqrt(n) exp(-(2 k - 1) sqrt(open)) (Kuczynski and Wozniakowski,
+/// 1992). And an eigenvalue beyond the limit of whose mode the start has a part 1/(c sqrt(n)), which is missed with a likelihood
+/// of about 1/c, would have brought the value further where Chebyshev's polynomial of degree k - 1, over eigenvalues from the
+/// smallest to twice the value, has more than c sqrt(n) at the limit. Both take a start that is as likely to lie in any direction:
+/// that of points of hardly any volume is less so.
 fn is_surely_below(limit: f64, value: f64, turns: usize, n: usize) -> bool {
     let (products, root) = (COUNTED * turns as f64, (n as f64).sqrt());
-    let open = 1.0 - value / limit;
+    let least = -2.0 * UNSTABLE * value;
+    let open = (limit - value) / (limit - least);
     let near = 1.648 * root * (-(2.0 * products - 1.0) * open.sqrt()).exp();
-    let far = root / ((products - 1.0) * (limit / value - 1.0).acosh()).cosh();
+    let beyond = 2.0 * (limit - least) / (2.0 * value - least) - 1.0;
+    let far = root / ((products - 1.0) * beyond.acosh()).cosh();
     value > 0.0 && products > 1.0 && (near < DOUBT || far < DOUBT)
 }
 
@@ -80,16 +88,19 @@ pub(super) fn top(
     let mut x = Pair { vector: start, product: operator.empty()? };
     let (mut r, mut p) = (Pair::empty(operator)?, Pair::empty(operator)?);
     operator.multiply(&x.vector, &mut x.product)?;
-    let mut turn = 1;
+    let (mut turn, mut least, mut largest) = (1, 0.0_f64, 0.0_f64);
     loop {
         let value = operator.dot(&x.vector, &x.product);
         r.vector.copy_from_slice(&x.product);
         operator.combine(&mut r.vector, 1.0, -value, &x.vector);
         let residual = operator.dot(&r.vector, &r.vector).sqrt();
+        (least, largest) = (least.min(value), largest.max(value.abs()));
         let is_known = turn >= LEAST && residual <= CONVERGED * value.abs();
-        let goes_on = turn < products && !is_known && residual > 1e-12 * value.abs();
-        let is_below = |limit| is_surely_below(limit, value, turn, x.vector.len());
-        let is_settled = goes_on && limit.is_some_and(is_below);
+        let goes_on = turn < products && !is_known && residual > ROUNDING * largest;
+        let is_stable = least >= -UNSTABLE * value;
+        let is_below =
+            |limit| value + residual < limit && is_surely_below(limit, value, turn, x.vector.len());
+        let is_settled = goes_on && is_stable && limit.is_some_and(is_below);
         if !goes_on || is_settled {
             return Ok(Top { real: value, imaginary: 0.0, residual, mode: x.vector, is_settled });
         }
@@ -113,6 +124,9 @@ pub(super) fn top(
             }
         }
         let (values, vectors) = eigen(&small);
+        for &value in values.iter().filter(|&&value| value > 0.5 * f64::MIN) {
+            (least, largest) = (least.min(value), largest.max(value.abs()));
+        }
         let best = (0..3).max_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0);
         let [of_x, of_r, of_p] = [0, 1, 2].map(|row| vectors[row][best]);
         p.combine(operator, if has_step { of_p } else { 0.0 }, of_r, &r);
@@ -131,7 +145,7 @@ mod tests {
         let turns =
             |limit: f64| (1..60).find(|&turns| is_surely_below(limit, 1.0, turns, 3_000_000));
         let needed = [1e4, 100.0, 4.0, 1.6, 1.2].map(|limit| turns(limit).unwrap());
-        assert_eq!(needed, [5, 7, 18, 25, 37]);
+        assert_eq!(needed, [5, 7, 18, 26, 38]);
         assert_eq!([1.05, 1.0, 0.5, f64::NAN].map(turns), [None; 4]);
         assert!(!is_surely_below(1.0, 0.0, 50, 10) && !is_surely_below(1.0, f64::NAN, 50, 10));
     }

@@ -76,7 +76,7 @@ impl Top {
 }
 
 impl StableStep {
-    /// From the beginning, or from the mode of an estimate made before where that leads far enough. `steps`: how many
+    /// From the beginning, or from the mode of an estimate made before where that suits and leads far enough. `steps`: how many
     /// the simulation has made. With a step that is `wanted`, only until that is known to be stable.
     pub(crate) fn find(
         plan: &Plan,
@@ -90,27 +90,34 @@ impl StableStep {
         let mut operator =
             Linearised::new(plan, workers, bonds, displacement, scratch, &plan.density)?;
         let is_guaranteed = plan.formulation.has_potential();
-        let again = match before.filter(|before| before.suits(f64::INFINITY)) {
+        let before = before.filter(|before| before.suits(wanted.unwrap_or(f64::INFINITY)));
+        let again = match before {
             Some(before) => {
                 Some(search(&mut operator, Some(&before.mode), FORCES_AGAIN - 1, None)?)
             }
             None => None,
         };
-        let limit = wanted.map(|step| (2.0 * MARGIN / step).powi(2));
-        let top = match again.filter(|top| top.residual <= OPEN * top.size()) {
-            Some(top) => top,
-            None => search(&mut operator, None, FORCES - 1, limit)?,
+        let limit = wanted.map_or(f64::INFINITY, |step| (2.0 * MARGIN / step).powi(2));
+        let suits = |top: &Top| {
+            let settled = before.is_some_and(|before| before.settled_for.is_some());
+            top.residual <= OPEN * top.size() && !(settled && top.size() + top.residual > limit)
+        };
+        let (top, settled_for) = match again.filter(suits) {
+            Some(top) => (top, before.and_then(|before| before.settled_for)),
+            None => {
+                let top = search(&mut operator, None, FORCES - 1, wanted.map(|_| limit))?;
+                let settled_for = wanted.filter(|_| top.is_settled);
+                (top, settled_for)
+            }
         };
         let bound = top.size() + top.residual;
         if !bound.is_finite() {
             return Err(Error::Numeric(NOT_FINITE.into()));
         }
         let turns = top.imaginary.abs() > TURNING * top.size() + top.residual || top.real < 0.0;
-        let step = if bound > 0.0 { (2.0 * MARGIN / bound.sqrt()).min(f64::MAX) } else { f64::MAX };
-        let settled_for = wanted.filter(|_| top.is_settled);
         Ok(Self {
-            step: settled_for.map_or(step, |wanted| step.max(wanted)),
-            is_guaranteed,
+            step: if bound > 0.0 { (2.0 * MARGIN / bound.sqrt()).min(f64::MAX) } else { f64::MAX },
+            is_guaranteed: is_guaranteed && settled_for.is_none(),
             settled_for,
             unstable: (!is_guaranteed && turns).then_some([top.real, top.imaginary]),
             is_stale: false,
