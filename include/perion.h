@@ -1474,8 +1474,9 @@ perion_status perion_simulation_stable_time_step(struct perion_simulation *simul
 /**
  * Makes `steps` velocity Verlet steps: predict, break bonds, force, correct. A failure leaves the
  * simulation as the last completed step left it; perion_simulation_step_count says which. Above the
- * stable step it warns through the log and in health. The first call looks whether it is: where forces are the
- * slope of an energy that takes some 5 forces at a hundredth of the stable step, 20 at half of it, up to 60 near it.
+ * stable step it warns through the log and in health. The first call looks whether it is, and calls with a larger
+ * step or after bonds have changed: where forces are the slope of an energy that takes some 5 forces at a hundredth
+ * of the stable step, 20 at half of it, up to 60 near it.
  *
  * ERROR_ARGUMENT: time_step not positive and finite or more than 10 times the stable one, steps below
  * 0. ERROR_NUMERIC: a motion that is not finite; the message names the point. ERROR_INTERRUPTED: a

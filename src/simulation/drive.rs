@@ -136,9 +136,9 @@ impl Simulation {
         Ok(())
     }
 
-    /// Makes `steps` velocity Verlet steps of `time_step`. Above the stable step it warns. The first call looks whether it is:
-    /// where forces have a potential that takes some 5 forces at a hundredth of the stable step, 20 at half of it, up to
-    /// 60 near it.
+    /// Makes `steps` velocity Verlet steps of `time_step`. Above the stable step it warns. The first call looks whether it is,
+    /// and calls with a larger step or after bonds have changed: where forces have a potential that takes some 5 forces at a
+    /// hundredth of the stable step, 20 at half of it, up to 60 near it.
     ///
     /// # Errors
     /// `Argument` for a step that is not positive and finite or more than ten times the stable one;
