@@ -103,7 +103,7 @@ impl StableStep {
             top.residual <= OPEN * top.size() && !(settled && top.size() + top.residual > limit)
         };
         let (top, settled_for) = match again.filter(suits) {
-            Some(top) => (top, before.and_then(|before| before.settled_for)),
+            Some(top) => (top, before.and_then(|before| before.settled_for).and(wanted)),
             None => {
                 let top = search(&mut operator, None, FORCES - 1, wanted.map(|_| limit))?;
                 let settled_for = wanted.filter(|_| top.is_settled);
