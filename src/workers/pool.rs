@@ -19,6 +19,9 @@ const CHUNK: usize = 1 << 16;
 /// Looks at the counters of jobs before a thread or a caller goes to sleep.
 const LOOKS: u32 = 2000;
 
+/// Looks of a caller at least, so that it comes to wait longer again where that helps.
+const LEAST_LOOKS: u32 = 64;
+
 pub(super) struct Pool {
     shared: Arc<Shared>,
     handles: Vec<JoinHandle<()>>,
@@ -128,7 +131,7 @@ impl Pool {
     fn wait_awake(&self, job: u64) {
         let looks = self.patience.load(Ordering::Relaxed);
         let is_done = Shared::look(looks, || self.shared.done.load(Ordering::Acquire) >= job);
-        let next = if is_done { 2 * looks + 1 } else { looks / 4 };
+        let next = if is_done { 2 * looks } else { (looks / 4).max(LEAST_LOOKS) };
         self.patience.store(next.min(self.shared.looks), Ordering::Relaxed);
     }
 
