@@ -85,10 +85,7 @@ proptest! {
     ) {
         let upper = counts.map(f64::from);
         let block = Points::block(3, &[0.0; 3], &upper, 1.0).unwrap();
-        let mut model = Model::new("bond_based").unwrap();
-        for (key, value) in [("density", 2.0), ("youngs_modulus", 3.0), ("horizon", ratio)] {
-            model.set(key, value).unwrap();
-        }
+        let model = model("bond_based", [2.0, 3.0, ratio]);
         let growth = |factor: f64| {
             let mut simulation = Simulation::new(&block, &model).unwrap();
             let components = 3 * block.count();
@@ -109,6 +106,18 @@ proptest! {
     }
 }
 
+/// A material of a density, Young's modulus and horizon.
+fn model(formulation: &str, [density, youngs_modulus, horizon]: [f64; 3]) -> Model {
+    let mut model = Model::new(formulation).unwrap();
+    model.set("density", density).unwrap();
+    model.set("youngs_modulus", youngs_modulus).unwrap();
+    model.set("horizon", horizon).unwrap();
+    if formulation != "bond_based" {
+        model.set("poissons_ratio", 0.2).unwrap();
+    }
+    model
+}
+
 /// A body of a formulation with a few points that are so much stiffer, at random places.
 fn with_stiff_spots(formulation: &str, stiffer: f64, spots: usize, seed: u64) -> Simulation {
     let mut random = Random(seed);
@@ -116,16 +125,9 @@ fn with_stiff_spots(formulation: &str, stiffer: f64, spots: usize, seed: u64) ->
     let picked: Vec<usize> =
         (0..spots).map(|_| random.between(0.0, points.count() as f64) as usize).collect();
     points.add_set("second", &picked).unwrap();
-    let mut model = Model::new(formulation).unwrap();
-    for (key, value) in [("density", 2.0), ("youngs_modulus", 3.0), ("horizon", 2.015)] {
-        model.set(key, value).unwrap();
-    }
-    if formulation != "bond_based" {
-        model.set("poissons_ratio", 0.2).unwrap();
-    }
-    let mut simulation = Simulation::new(&points, &model).unwrap();
-    model.set("youngs_modulus", 3.0 * stiffer).unwrap();
-    simulation.assign_model("second", &model).unwrap();
+    let of_modulus = |modulus: f64| model(formulation, [2.0, modulus, 2.015]);
+    let mut simulation = Simulation::new(&points, &of_modulus(3.0)).unwrap();
+    simulation.assign_model("second", &of_modulus(3.0 * stiffer)).unwrap();
     simulation
 }
 
@@ -164,13 +166,7 @@ fn steps_beyond_the_limit_of_pressed_bodies_are_told() {
             let scale = f64::from(percent) / 100.0;
             let body = || {
                 let points = Points::block(3, &[0.0; 3], &[5.0, 4.0, 6.0], 1.0).unwrap();
-                let mut model = Model::new(form).unwrap();
-                for (key, value) in [("density", 2.0), ("youngs_modulus", 3.0), ("horizon", 2.3)] {
-                    model.set(key, value).unwrap();
-                }
-                if *form != "bond_based" {
-                    model.set("poissons_ratio", 0.2).unwrap();
-                }
+                let model = model(form, [2.0, 3.0, 2.3]);
                 let mut simulation = Simulation::new(&points, &model).unwrap();
                 let mut random = Random(70 + number as u64);
                 let places = points.coordinates().iter();
@@ -199,10 +195,7 @@ fn the_stable_step_of_a_few_points_does_not_depend_on_where_they_lie() {
                 let place = |point: i32| [cos, sin].map(|along| along * f64::from(point));
                 let coordinates: Vec<f64> = (0..points).flat_map(place).collect();
                 let body = Points::new(2, &coordinates, &vec![1.0; points as usize]).unwrap();
-                let mut model = Model::new("bond_based").unwrap();
-                for (key, value) in [("density", 1.0), ("youngs_modulus", 3.0), ("horizon", 1.5)] {
-                    model.set(key, value).unwrap();
-                }
+                let model = model("bond_based", [1.0, 3.0, 1.5]);
                 let mut simulation = Simulation::new(&body, &model).unwrap();
                 let moved: Vec<f64> = coordinates.iter().map(|x| strain * x).collect();
                 simulation.set(Field::Displacement, &moved).unwrap();
@@ -243,10 +236,7 @@ fn what_is_known_of_a_step_follows_bonds_and_larger_steps() {
 /// A block of 6 x 6 x 6 points, all positions scaled by a factor and let go.
 fn squeezed(factor: f64) -> Simulation {
     let points = Points::block(3, &[0.0; 3], &[6.0; 3], 1.0).unwrap();
-    let mut model = Model::new("bond_based").unwrap();
-    for (key, value) in [("density", 1.0), ("youngs_modulus", 1.0), ("horizon", 3.015)] {
-        model.set(key, value).unwrap();
-    }
+    let model = model("bond_based", [1.0, 1.0, 3.015]);
     let mut simulation = Simulation::new(&points, &model).unwrap();
     let displacement: Vec<f64> =
         points.coordinates().iter().map(|x| (factor - 1.0) * (x - 3.0)).collect();

@@ -16,6 +16,9 @@ const LEAST: usize = 40;
 /// How likely it may be that the largest eigenvalue is beyond a limit that it is called to be below.
 const DOUBT: f64 = 1e-6;
 
+/// Share of the turns that count as products of a Krylov space: the space of a turn is a part of that.
+const COUNTED: f64 = 0.75;
+
 /// What is left of a step of size 1 must be more than rounding, and a residual, over the largest value there was.
 const NEW: f64 = 1e-4;
 const ROUNDING: f64 = 1e-5;
@@ -55,9 +58,6 @@ impl Pair {
         size
     }
 }
-
-/// Share of the turns that count as products of a Krylov space: the space of a turn is a part of that.
-const COUNTED: f64 = 0.75;
 
 /// Whether the largest eigenvalue is surely below a limit, when so many turns from a start of n numbers without order have
 /// come to a value, and none is below 0 by more than a tenth of that.

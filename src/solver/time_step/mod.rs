@@ -97,19 +97,21 @@ impl StableStep {
             }
             None => None,
         };
-        let limit = wanted.map_or(f64::INFINITY, |step| (2.0 * MARGIN / step).powi(2));
-        let suits = |top: &Top| {
-            let settled = before.is_some_and(|before| before.settled_for.is_some());
-            top.residual <= OPEN * top.size() && !(settled && top.size() + top.residual > limit)
-        };
-        let (top, settled_for) = match again.filter(suits) {
-            Some(top) => (top, before.and_then(|before| before.settled_for).and(wanted)),
+        let limit = wanted.map(|step| (2.0 * MARGIN / step).powi(2));
+        // An estimate that suits the step that is wanted goes on as one.
+        let is_estimate = before.is_some_and(|before| before.settled_for.is_some());
+        let is_below = |top: &Top| limit.is_some_and(|limit| top.size() + top.residual <= limit);
+        let leads_far_enough =
+            |top: &Top| top.residual <= OPEN * top.size() && (!is_estimate || is_below(top));
+        let (top, is_settled) = match again.filter(leads_far_enough) {
+            Some(top) => (top, is_estimate),
             None => {
-                let top = search(&mut operator, None, FORCES - 1, wanted.map(|_| limit))?;
-                let settled_for = wanted.filter(|_| top.is_settled);
-                (top, settled_for)
+                let top = search(&mut operator, None, FORCES - 1, limit)?;
+                let is_settled = top.is_settled;
+                (top, is_settled)
             }
         };
+        let settled_for = wanted.filter(|_| is_settled);
         let bound = top.size() + top.residual;
         if !bound.is_finite() {
             return Err(Error::Numeric(NOT_FINITE.into()));
